@@ -166,27 +166,75 @@ def test_no_request_waits_for_a_thread_to_find_what_it_is_about(server: Server) 
     assert all(map(inspect.iscoroutinefunction, stops.values()))
 
 
-def test_a_stop_ends_a_step(make_live: MakeLive, server: Server) -> None:
-    live = make_live()
+@contextlib.contextmanager
+def held_slice(server: Server, live: Live) -> Iterator[threading.Event]:
+    """Hold up a session in its next slice, under its lock; the event is set once it is there."""
     (session,) = [s for s in server.app.state.sessions.all() if s.id == live.id]
     record = session.history.record
     begun, go_on = threading.Event(), threading.Event()
 
     def slowly(simulation: Any, ticks: int) -> None:
         record(simulation, ticks)
-        if not begun.is_set():
-            begun.set()
-            assert go_on.wait(PATIENCE)
+        begun.set()
+        assert go_on.wait(PATIENCE)
 
     session.history.record = slowly
-    with ThreadPoolExecutor(2) as asked:
-        step = asked.submit(live.do, "step", ticks=20_000)
-        assert begun.wait(PATIENCE)
-        stop = asked.submit(live.do, "stop")
-        until(lambda: session._waiting == 1)  # the stop wants the slice to end
+    try:
+        yield begun
+    finally:
         go_on.set()
-        assert stop.result(PATIENCE)["state"] == "stopping"
+
+
+def test_a_stop_ends_a_step(make_live: MakeLive, server: Server) -> None:
+    live = make_live()
+    with ThreadPoolExecutor(1) as asked:
+        with held_slice(server, live) as begun:
+            step = asked.submit(live.do, "step", ticks=20_000)
+            assert begun.wait(PATIENCE)
+            assert live.do("stop")["state"] == "stopping"
+            assert live.do("stop")["state"] == "stopping"
+            assert not step.done()
         assert step.result(PATIENCE)["tick"] < 20_000
+    until(lambda: live.state == "stopped")
+
+
+@pytest.mark.parametrize(
+    ("command", "body"),
+    [("push", {"axis": "x", "force": 1.0, "duration": 0.1}), ("pause", {}), ("play", {})],
+)
+def test_no_stop_waits_where_another_command_waits_for_a_slice(
+    make_live: MakeLive, server: Server, command: str, body: dict[str, Any]
+) -> None:
+    live, other = make_live(), make_live()
+    other.do("play")
+    (session,) = [s for s in server.app.state.sessions.all() if s.id == live.id]
+    with ThreadPoolExecutor(2) as asked:
+        with held_slice(server, live) as begun:
+            step = asked.submit(live.do, "step", ticks=20_000)
+            assert begun.wait(PATIENCE)
+            pending = asked.submit(live.post, command, **body)
+            until(lambda: session._waiting == 1)
+            assert other.do("stop")["state"] == "stopping"
+            assert live.do("stop")["state"] == "stopping"
+            assert not pending.done()
+        assert pending.result(PATIENCE).status_code == 409
+        step.result(PATIENCE)
+    until(lambda: live.state == "stopped")
+    until(lambda: other.state == "stopped")
+
+
+def test_a_stop_that_comes_with_the_end_of_a_motion_is_not_lost(
+    make_live: MakeLive, server: Server
+) -> None:
+    live = make_live(changes=ENDS)
+    live.do("step", ticks=live.info()["ends"] - 100)
+    with ThreadPoolExecutor(1) as asked:
+        with held_slice(server, live) as begun:
+            step = asked.submit(live.do, "step", ticks=200)
+            assert begun.wait(PATIENCE)
+            assert live.tick == live.info()["ends"]
+            live.do("stop")
+        step.result(PATIENCE)
     until(lambda: live.state == "stopped")
 
 

@@ -68,13 +68,13 @@ class DriveSession(Session):
             If the drives do not hold their position.
         """
         await self._in_thread(self._motion.begin, stops)
-        super().play()
+        await super().play()
 
-    def play(self, speed: float | None = None) -> None:
+    async def play(self, speed: float | None = None) -> None:
         """Refuse: who moves drives holds their lease."""
         raise WrongState("a motion on drives is begun by POST /api/v1/drive/motions, and runs once")
 
-    def pause(self) -> None:
+    async def pause(self) -> None:
         """Refuse: a motion of real mass ends by braking."""
         raise WrongState("drives cannot pause within a motion: STOP brakes them to rest")
 
@@ -86,7 +86,7 @@ class DriveSession(Session):
         """Refuse: what was measured stays; a further motion is a session of its own."""
         raise WrongState("a motion on drives runs once: begin another one")
 
-    def push(self, axis: int, force: float, seconds: float) -> int:
+    async def push(self, axis: int, force: float, seconds: float) -> int:
         """Refuse."""
         raise WrongState("only a hand can push the mover of a drive")
 
@@ -97,9 +97,8 @@ class DriveSession(Session):
     def stop(self) -> None:
         """Brake to rest, then switch the torque off; also when this motion is over."""
         self._drives.note_stop("STOP of the session")
-        if self.state == "finished":
-            self._motion.stop()
-        else:
+        self._motion.stop()  # at once, not with the clock's next look
+        if self.state != "finished":
             super().stop()
 
     def keep_up(self, now: float) -> None:
@@ -130,7 +129,7 @@ class DriveSession(Session):
     async def _put_in_effect(self, changes: Sequence[ReadyEpoch], event: Event) -> int:
         """Wait for the loop in a thread: a stop must not wait meanwhile."""
         tick = await self._in_thread(self._motion.adopt, changes)
-        with self._claimed():
+        async with self._claimed():
             self._note(event.model_copy(update={"tick": tick}))
         return tick
 

@@ -9,7 +9,7 @@ import json
 import secrets
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
@@ -41,10 +41,12 @@ CATCH_UP_SECONDS = 0.25
 """Time that may pass between two frames and count; beyond it a session falls behind the clock."""
 
 _SLICE_LANES = 2048
-"""Ticks times blocks of lanes that advance at a time: some 2 ms, and so long a command waits."""
+"""Ticks times blocks of lanes that advance at a time: some 2 ms; STOP does not wait for them."""
 
 _TIMELINES = 50  # whose recordings captures are taken from
-_YIELD_SECONDS = 0.0005  # between two slices, when a command waits
+_YIELD_SECONDS = 0.0005  # how often whoever advances looks whether a command has acted
+_YIELD_MOST = 0.005  # s, between two slices
+_CLAIM_SECONDS = 0.001  # how often a command tries to act
 P = ParamSpec("P")
 T = TypeVar("T")
 
@@ -57,7 +59,8 @@ class Session:
     """One live scenario.
 
     The clock's thread advances it, a slice at a time, under its lock. Commands run on the event
-    loop and take the lock for the moment in which they act; so a stop waits for one slice at most.
+    loop and take the lock, between two slices, for the moment in which they act. A stop takes no
+    lock: it leaves word, and the clock's thread brakes before its next slice.
     What takes longer (checking changes, building lanes, measuring) runs in `threads` beside the
     simulation, and its result is put in place by the event loop. Commands that prepare something
     follow one another in the order in which they came.
@@ -110,6 +113,7 @@ class Session:
         self._last = 0.0  # until when the clock has been followed
         self._owed = 0.0  # ticks that the clock is ahead, less than one
         self._stop_tick = 0
+        self._to_brake = False  # a stop has been asked for
         self._announced = (-1, "")
         self._texts: dict[str, tuple[Any, str]] = {}
         self._untold = False  # whether the state has changed since listeners were notified
@@ -171,9 +175,9 @@ class Session:
             self._announced = (self.revision, f'{{"type":"session","session":{self.info()}}}')
         return self._announced[1]
 
-    def play(self, speed: float | None = None) -> None:
+    async def play(self, speed: float | None = None) -> None:
         """Run against the clock, at `speed` times real time."""
-        with self._claimed():
+        async with self._claimed():
             self._refuse_when("stopping", "stopped", "finished")
             if speed is not None:
                 self.speed = speed
@@ -182,9 +186,9 @@ class Session:
                 self._follow_clock()
         self._tell_state()
 
-    def pause(self) -> None:
+    async def pause(self) -> None:
         """Halt the clock."""
-        with self._claimed():
+        async with self._claimed():
             self._refuse_when("stopped", "stopping")
             if self.state == "playing":
                 self.state = "paused"
@@ -211,9 +215,10 @@ class Session:
         """
         async with self._order:
             simulation, kept = await self._in_thread(self._afresh)
-            with self._claimed():
+            async with self._claimed():
                 self._refuse_when_closed()
                 self._clock.stop(self)
+                self._to_brake = False
                 self.state = "paused"
                 self.timeline += 1
                 self._changes.latest = kept
@@ -223,20 +228,23 @@ class Session:
         self._tell_state()
 
     def stop(self) -> None:
-        """Brake the reference to rest, then switch the currents off; only a reset leaves that."""
+        """Brake the reference to rest, then switch the currents off; only a reset leaves that.
+
+        Waits for nothing: the clock's thread brakes before its next slice.
+        """
         if self.state in {"stopping", "stopped"}:
             return
-        with self._claimed():
-            self._stop_tick = self.tick
-            self.simulation.stop()
-            self._note(Event(tick=self.tick, kind="stop"))
-            self.state = "stopping"
+        followed = self.state == "playing"
+        self._stop_tick = self.tick
+        self._to_brake = True
+        self.state = "stopping"  # last: what `_advance_slice` finds then is complete
+        if not followed:
             self._follow_clock()
         self._tell_state()
 
-    def push(self, axis: int, force: float, seconds: float) -> int:
+    async def push(self, axis: int, force: float, seconds: float) -> int:
         """Push the mover of every variant and return the tick at which it begins."""
-        with self._claimed():
+        async with self._claimed():
             self._refuse_when("stopping", "stopped", "finished")
             ticks = max(1, to_ticks(seconds))
             self.simulation.push(axis, force, ticks)
@@ -320,12 +328,11 @@ class Session:
 
     def close(self) -> None:
         """End pacing and every stream."""
-        with self._claimed():
-            self.closed = True
-            self.state = "finished"
-            self._clock.stop(self)
-            if self._record is not None:
-                self._record.end()
+        self.closed = True
+        self.state = "finished"
+        self._clock.stop(self)
+        if self._record is not None:
+            self._record.end()
         self.publish()
 
     @property
@@ -363,12 +370,15 @@ class Session:
         loop = asyncio.get_running_loop()
         return await loop.run_in_executor(self._threads, functools.partial(work, *args, **kwargs))
 
-    @contextlib.contextmanager
-    def _claimed(self) -> Iterator[None]:
-        """Hold the session between two slices."""
+    @contextlib.asynccontextmanager
+    async def _claimed(self) -> AsyncIterator[None]:
+        """Hold the session between two slices; other sessions' commands do not wait meanwhile."""
         self._waiting += 1
-        self._lock.acquire()
-        self._waiting -= 1
+        try:
+            while not self._lock.acquire(blocking=False):
+                await asyncio.sleep(_CLAIM_SECONDS)
+        finally:
+            self._waiting -= 1
         try:
             yield
         finally:
@@ -419,7 +429,7 @@ class Session:
             after, change = changed(scenario, changes, tick)
             return change, ready(tuple(epochs(after, tick)))
 
-        with self._claimed():  # parameters and the tick at which they hold
+        async with self._claimed():  # parameters and the tick at which they hold
             scenario, checked = self.simulation.scenario, self.tick
         change, made_ready = await self._in_thread(prepared, scenario, checked)
         facts = change.model_dump(include={"set", "previous"})
@@ -430,7 +440,7 @@ class Session:
 
     async def _put_in_effect(self, changes: Sequence[ReadyEpoch], event: Event) -> int:
         """Put changes in effect at the next tick, note the event for it, and return the tick."""
-        with self._claimed():
+        async with self._claimed():
             self._refuse_when_closed()
             tick = self.simulation.adopt(changes)
             self._scenario = self.simulation.scenario
@@ -450,12 +460,26 @@ class Session:
         while True:
             with self._lock:
                 left = until - self.tick
+                if self._to_brake:
+                    self._brake()
                 if self.state != state or left <= 0:
                     return
                 self._advance_slice(min(left, most))
             self._recorded()
-            if self._waiting:  # a lock is not fair: who releases it may get it again at once
-                time.sleep(_YIELD_SECONDS)
+            self._give_way()
+
+    def _give_way(self) -> None:
+        """Let commands that wait act."""
+        until = time.monotonic() + _YIELD_MOST
+        while self._waiting and time.monotonic() < until:
+            time.sleep(_YIELD_SECONDS)
+
+    def _brake(self) -> None:
+        """Begin what a stop has asked for."""
+        self._to_brake = False
+        self._stop_tick = self.tick
+        self.simulation.stop()
+        self._note(Event(tick=self.tick, kind="stop"))
 
     def _recorded(self, *, flush: bool = False) -> None:
         """Record what is new; all of it and no more once the motion has ended."""
@@ -481,6 +505,8 @@ class Session:
             self.state = "stopped"
         elif self.tick == self.simulation.timeline.end:
             self.state = "finished"
+            if self._to_brake:  # a stop came meanwhile
+                self.state = "stopping"
         elif failed == self._failed and scenario is self._scenario:
             return
         self._failed, self._scenario = failed, scenario

@@ -181,7 +181,7 @@ async def delete_session(request: Request, session: FoundSession) -> Response:
 )
 async def play(session: FoundSession, body: PlayRequest | None = None) -> Response:
     """Run against the clock."""
-    session.play(None if body is None else body.speed)
+    await session.play(None if body is None else body.speed)
     return _info(session)
 
 
@@ -193,7 +193,7 @@ async def play(session: FoundSession, body: PlayRequest | None = None) -> Respon
 )
 async def pause(session: FoundSession) -> Response:
     """Halt the clock."""
-    session.pause()
+    await session.pause()
     return _info(session)
 
 
@@ -248,7 +248,7 @@ async def undo(session: FoundSession, lease: Lease = "") -> Response:
 )
 async def push(session: FoundSession, body: PushRequest) -> TickAnswer:
     """Push the mover of every variant."""
-    tick = session.push(AXES.index(body.axis), body.force, body.duration)
+    tick = await session.push(AXES.index(body.axis), body.force, body.duration)
     return TickAnswer(tick=tick)
 
 
