@@ -67,6 +67,31 @@ def test_a_new_connection_takes_the_place_of_the_oldest_that_waits(
                 other.recv(1)
 
 
+def test_who_was_answered_lately_keeps_its_connection(
+    make_server: MakeServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(connection_limits, "ANSWERED_LATELY", PATIENCE)
+    server = make_server(Settings(connections_max=4))
+    health = f"GET {API}/health HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n".encode()
+    with contextlib.ExitStack() as opened:
+        kept = opened.enter_context(link(server, health))
+        assert answer_of(kept).startswith(b"HTTP/1.1 200")
+        for _ in range(9):  # each takes the place of one before it
+            opened.enter_context(link(server, SLOW))
+            until(lambda: len(server._uvicorn.server_state.connections) <= 4)
+        kept.sendall(health)
+        assert answer_of(kept).startswith(b"HTTP/1.1 200")
+
+
+def answer_of(opened: socket.socket) -> bytes:
+    """Return an answer whose body is one flat JSON table."""
+    answer = b""
+    while not answer.endswith(b"}"):
+        answer += (piece := opened.recv(1000))
+        assert piece, answer
+    return answer
+
+
 def test_websockets_are_bounded_apart_from_requests(make_server: MakeServer) -> None:
     server = make_server(Settings(websockets_max=2))
     with (

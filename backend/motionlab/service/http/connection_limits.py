@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 import sys
 import time
 from collections import deque
@@ -36,6 +37,9 @@ READ_GRACE = 30.0
 READ_RATE = 64 * 1024
 """Least rate at which an answer has to be read, bytes/s."""
 
+ANSWERED_LATELY = 10.0
+"""Time for which a client that was answered is not the first to lose its connection, s."""
+
 SOCKET_SHARE = 0.1
 """Share of the event loop's time that the messages of one websocket may take."""
 
@@ -66,8 +70,9 @@ class Connection(HttpToolsProtocol):
     Attributes
     ----------
     connections_max : int
-        Connections in all. A further one takes the place of the oldest that waits for its client:
-        one that is idle, or whose request has not arrived. So slow clients cannot keep others out.
+        Connections in all. A further one takes the place of that which has waited longest for its
+        client: idle, or with a request that has not arrived; of those that were answered lately
+        only where there is no other. So slow clients keep no others out.
     websockets_max : int
         Websockets among them; a further one is refused.
     """
@@ -80,6 +85,7 @@ class Connection(HttpToolsProtocol):
     _deadline: asyncio.TimerHandle | None = None
     _reading: asyncio.TimerHandle | None = None
     _since = 0.0
+    _answered = -math.inf
 
     def connection_made(self, transport: Any) -> None:
         """Begin to wait for a head."""
@@ -144,6 +150,11 @@ class Connection(HttpToolsProtocol):
         self._clear_deadline()
         super().on_message_complete()
 
+    def on_response_complete(self) -> None:
+        """Begin to wait for the next request."""
+        self._since = self._answered = self.loop.time()
+        super().on_response_complete()
+
     def send_400_response(self, msg: str) -> None:
         """Refuse a request, unless it is refused already."""
         if not self.transport.is_closing():
@@ -183,13 +194,14 @@ class Connection(HttpToolsProtocol):
             raise ValueError(_HEAD_TOO_LARGE)  # which ends the parser
 
     def _make_room(self) -> bool:
-        """Abort the oldest connection that waits for its client; return whether there was one."""
+        """Abort what has waited longest for its client; return whether there was such a one."""
         waiting = [c for c in self.connections if isinstance(c, Connection) and c._waits_for_client]
         if not waiting:
             return False
-        oldest = min(waiting, key=lambda connection: connection._since)
-        oldest.transport.abort()
-        oldest.connections.discard(oldest)  # now, and not only when the event loop comes to it
+        lately = self.loop.time() - ANSWERED_LATELY
+        longest = min(waiting, key=lambda each: (each._answered > lately, each._since))
+        longest.transport.abort()
+        longest.connections.discard(longest)  # now, and not only when the event loop comes to it
         return True
 
     @property
