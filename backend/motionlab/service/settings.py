@@ -83,7 +83,10 @@ class Bounds(Config):
         "Telemetry files waiting, at most 60 s", unit="1", default=64, ge=0, le=10_000
     )
     connections_max: int = _bound(
-        "Connections; a new one replaces that which waits longest for its client", unit="1", default=800, le=100_000
+        "Connections; a new one replaces that which waits longest for its client",
+        unit="1",
+        default=800,
+        le=100_000,
     )
     websockets_max: int = _bound("Websockets among them", unit="1", default=512, ge=0, le=100_000)
     scenes_max: int = _bound(
