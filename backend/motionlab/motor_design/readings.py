@@ -120,7 +120,17 @@ def second_factor(c: Choices) -> Reading:
         "1",
         form="1 - 1/lambda",
         equation="(10)",
-        remark="the paper states no lambda",
+        remark=f"the paper states no lambda{_origin(c)}",
+    )
+
+
+def _origin(c: Choices) -> str:
+    """Return where lambda comes from, unless it was set."""
+    if c.lambda_ != type(c).model_fields["lambda_"].default:
+        return ""
+    return (
+        f"; {c.lambda_:g} is solved from its l_m = 42.3 mm and so no check of it; the inductance "
+        "ratio of a force map is another, and the paper's rows have l_m with that"
     )
 
 

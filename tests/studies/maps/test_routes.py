@@ -17,6 +17,7 @@ from motionlab.motor_design.fem import compute as computing
 from motionlab.motor_design.fem.geometry import Geometry
 from motionlab.service.settings import Settings
 from motionlab.store.maps import FOLDER_MOST
+from motionlab.studies.paper.registry import quantities
 from tests.processes import children_of, runs, workers_of
 from tests.service.live import API, until
 from tests.service.openapi import Contract
@@ -98,7 +99,12 @@ def test_a_shipped_map_is_listed_and_stays(
     monkeypatch.setenv("MOTIONLAB_CONFIGS", str(configs))
     (entry,) = client.get(MAPS).json()
     assert (entry["name"], entry["shipped"]) == ("ours", True)
-    assert [p["normal_force"] for p in entry["published"]] == [380.1, 427.4]
+    computed, measured = entry["published"]
+    assert (computed["normal_force"], computed["not_comparable"]) == (380.1, "")
+    assert (measured["normal_force"], measured["not_comparable"]) == (
+        427.4,
+        next(row.reason for row in quantities() if row.id == "normal-measured"),
+    )
     assert client.get(f"{MAPS}/ours").json()["peaks"] == entry["peaks"]
     assert client.delete(f"{MAPS}/ours").status_code == 409
     assert client.get(f"{MAPS}/..%2Fours").status_code in {404, 422}

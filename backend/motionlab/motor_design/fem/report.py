@@ -79,7 +79,8 @@ def report(force_map: ForceMap) -> str:
             f"{s['normal_force_aligned']:.1f} N aligned, "
             f"{s['normal_force_unaligned']:.1f} N unaligned",
             *_published(force_map),
-            f"At {i_max / 10:g} A: inductance aligned over unaligned {s['inductance_ratio']:.3f}",
+            f"At {i_max / 10:g} A: inductance aligned over unaligned {s['inductance_ratio']:.3f}, "
+            "of this map; the lambda of `motionlab design` is solved from the stack length",
             f"dW'/dx of the spline is within {s['spline_error']:.3f} N of the stress tensor",
         ]
     )
@@ -92,6 +93,7 @@ def _published(force_map: ForceMap) -> list[str]:
     return [
         *(
             f"  the paper, {p.method}: {p.thrust:g} N and {p.normal_force:g} N"
+            + (f"; not comparable: {p.not_comparable}" if p.not_comparable else "")
             for p in published(g)
         ),
         f"  take thrust as good to {trust.thrust * 100:.0f} % and normal force to "

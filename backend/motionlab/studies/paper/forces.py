@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.motor_design.fem.force_map import ForceMap
+from motionlab.motor_design.fem.trust import MEASURED_NOT_COMPARABLE
 from motionlab.studies.paper.curves import Build, curve
 from motionlab.studies.paper.document import FigureAxis, Number, PaperFigure
 from motionlab.studies.paper.experiments import Experiments
@@ -128,7 +129,7 @@ def _largest(
     )
     return judged, _none(
         *(f"{name}-measured", "IV-A", f"{quantity}, measured", "N", measured, f"{measured:g} N"),
-        reason="not all of the measured cross-section is printed, nor how it was measured",
+        reason=MEASURED_NOT_COMPARABLE,
         conflict=f"{name}-fem prints {fem:g} N, {less} less: {one}; {ours}",
         source=RowSource(shown),
         doing=_DOING,

@@ -155,7 +155,7 @@ QUANTITIES = (
         source=from_design("rating.B_g_reached.value"),
     ),
     PrintedNumber(
-        *("stack-length", "(13)", "Stack length l_m", "m", 42.3e-3, "42.3 mm"),
+        *("stack-length", "(13)", "Stack length l_m, lambda by FEM", "m", 42.3e-3, "42.3 mm"),
         group=GROUP,
         comparison="value",
         band=FEM_THRUST * 42.3e-3,
