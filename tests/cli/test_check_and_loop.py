@@ -77,13 +77,13 @@ def test_the_loops_of_a_scenario(capsys: pytest.CaptureFixture[str]) -> None:
     scenario = load_scenario("circle", {"variants.B.controller.x.k_p": 1e7})
     assert document == loop_document(scenario).model_dump(mode="json")
     assert main(["loop", "circle", *UNSTABLE]) == 0
-    heads, units, *rows = capsys.readouterr().out.splitlines()
+    heads, units, *rows, _about, _judged = capsys.readouterr().out.splitlines()
     stable = {"A": {"x": "yes", "y": "yes"}, "B": {"x": "NO", "y": "yes"}}
     assert [row.split()[:3] for row in rows] == [
         cells
         for variant, axes in stable.items()
         for axis, word in axes.items()
-        for cells in ([variant, axis, word], ["at", "rest", word])
+        for cells in ([variant, axis, word], ["at", "rest", word], ["worst", word, "-"])
     ]
     found = document["variants"]["A"]["axes"]["x"]
     assert float(rows[0].split()[3]) == pytest.approx(found["crossover"], rel=1e-3)

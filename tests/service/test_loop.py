@@ -6,6 +6,7 @@ import httpx
 import pytest
 
 from motionlab.config.load import load_scenario
+from motionlab.loop.family import Figures, LoopFamily
 from motionlab.loop.linearise import linearise, stability_limits
 from motionlab.loop.margins import margins
 from tests.service.live import API
@@ -27,11 +28,28 @@ def test_margins_and_limits(client: httpx.Client) -> None:
         assert (loop["k_p_limit"], loop["k_d_limit"]) == pytest.approx(tuple(limits.values()))
 
 
+def test_the_worst_margins_are_those_that_tune_and_why_judge(client: httpx.Client) -> None:
+    # The second question differs in gains alone, and the third in the motor.
+    for changes in ({}, {"variants.A.controller.x.k_p": 5e5}, {"plant.x.mass": 7.0}):
+        answer = client.post(f"{API}/loop", json={"set": changes}).json()["variants"]
+        scenario = load_scenario("circle", changes)
+        for variant, axis in (("A", "x"), ("A", "y"), ("B", "x"), ("B", "y")):
+            gains = getattr(scenario.variants[variant].controller, axis)
+            expected = LoopFamily.of(scenario, variant, axis).figures(gains.k_p, gains.k_d)
+            worst = answer[variant]["axes"][axis]["worst"]
+            assert worst["stable"]
+            for name in Figures._fields:
+                at = getattr(expected, name)
+                assert worst[name] == pytest.approx({"value": at.value, "velocity": at.velocity})
+
+
 def test_an_unstable_loop_is_told_from_its_limit(client: httpx.Client) -> None:
     high = {"variants.A.controller.x.k_p": 6e6}
     loop = client.post(f"{API}/loop", json={"set": high}).json()["variants"]["A"]["axes"]["x"]
     assert not loop["stable"]
     assert loop["k_p_limit"] < 6e6
+    assert not loop["worst"]["stable"]
+    assert [loop["worst"][name] for name in Figures._fields] == [None] * 3
 
 
 def test_the_published_law_has_none(client: httpx.Client) -> None:

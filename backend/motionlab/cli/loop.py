@@ -11,7 +11,7 @@ from motionlab.cli.output import show
 from motionlab.studies.options import add_json, add_scenario, add_set, source
 
 if TYPE_CHECKING:
-    from motionlab.loop.document import LoopAt, LoopDocument
+    from motionlab.loop.document import LoopAt, LoopDocument, LoopOfAxis
 
 EXAMPLES = """\
 examples:
@@ -20,6 +20,12 @@ examples:
 
 `motionlab docs loop` defines every figure.
 """
+
+
+_WORST = (
+    "Figures hold while sliding at four Stribeck velocities; worst: the worst at rest and from 0.5 "
+    "to 4\nof them, the gain margin up or down, as tune and why judge."
+)
 
 
 def add(commands: Any) -> None:
@@ -55,10 +61,10 @@ def _report(found: LoopDocument) -> str:
     from motionlab.tables import table
 
     rows: list[tuple[str, ...]] = [
-        (label, *_cells(loop))
+        row
         for name, variant in found.variants.items()
         for axis, sliding in variant.axes.items()
-        for label, loop in ((f"{name} {axis}", sliding), ("  at rest", sliding.standstill))
+        for row in _axis(f"{name} {axis}", sliding)
     ]
     heads = ("", "stable", "crossover", "bandwidth", "phase margin", "gain margin", "down to")
     heads += ("Ms", "k_p limit", "k_d limit")
@@ -67,9 +73,22 @@ def _report(found: LoopDocument) -> str:
     return "\n".join(
         [
             *lines,
+            *([_WORST] if rows else []),
             *(f"{name}: {each.note}" for name, each in found.variants.items() if each.note),
         ]
     )
+
+
+def _axis(label: str, sliding: LoopOfAxis) -> list[tuple[str, ...]]:
+    worst = sliding.worst
+    gain, phase, Ms = (at and at.value for at in (worst.gain_margin, worst.phase_margin, worst.Ms))
+    degrees = None if phase is None else math.degrees(phase)
+    least = (None, None, degrees, gain, None, Ms, None, None)
+    return [
+        (label, *_cells(sliding)),
+        ("  at rest", *_cells(sliding.standstill)),
+        ("  worst", "yes" if worst.stable else "NO", *map(_figure, least)),
+    ]
 
 
 def _cells(loop: LoopAt) -> tuple[str, ...]:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
+import numpy as np
 from pydantic import BaseModel, Field
 
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
+from motionlab.loop.family import Figures, family_of
 from motionlab.loop.linearise import (
     SLIDING,
     NoLinearisation,
@@ -32,12 +35,36 @@ class LoopAt(BaseModel):
     bandwidth: float | None = Field(description="-3 dB of L/(1 + L), Hz")
 
 
+class WorstMargin(BaseModel):
+    """The worst value of a margin, and where it is."""
+
+    value: float
+    velocity: float = Field(description="m/s; 0 at standstill")
+
+
+class WorstOfAxis(BaseModel):
+    """The worst margins of one axis, at standstill and from 0.5 to 4 Stribeck velocities.
+
+    Tuning and explanations hold their limits against these. Null where the loop is unstable, and
+    where there is no such crossing.
+    """
+
+    stable: bool = Field(description="Whether the loop is stable at each of these velocities")
+    velocity: float = Field(description="Where it is nearest to instability, m/s; 0 at standstill")
+    gain_margin: WorstMargin | None = Field(
+        description="Smallest factor, up or down, to the stability boundary"
+    )
+    phase_margin: WorstMargin | None = Field(description="rad")
+    Ms: WorstMargin | None = Field(description="Peak of the sensitivity")
+
+
 class LoopOfAxis(LoopAt):
-    """The loop of one axis while it slides, and at standstill."""
+    """The loop of one axis while it slides, at standstill, and where it is worst."""
 
     standstill: LoopAt = Field(
         description="Stuck: the bristle is a spring, and the thrust is about that of breakaway"
     )
+    worst: WorstOfAxis
 
 
 class LoopOfVariant(BaseModel):
@@ -68,7 +95,29 @@ def _variant(scenario: Scenario, variant: str) -> LoopOfVariant:
 
 def _axis(scenario: Scenario, variant: str, axis: str) -> LoopOfAxis:
     sliding = _at(scenario, variant, axis, SLIDING)
-    return LoopOfAxis(**sliding, standstill=LoopAt(**_at(scenario, variant, axis, 0.0)))
+    return LoopOfAxis(
+        **sliding,
+        standstill=LoopAt(**_at(scenario, variant, axis, 0.0)),
+        worst=_worst(scenario, variant, axis),
+    )
+
+
+def _worst(scenario: Scenario, variant: str, axis: str) -> WorstOfAxis:
+    family = family_of(scenario, variant, axis)
+    gains = getattr(scenario.variants[variant].controller, axis)
+    radii = family.radii(np.array(gains.k_p), np.array(gains.k_d))
+    stable = bool(radii.max() < 1.0)
+    figures = family.figures(gains.k_p, gains.k_d)._asdict() if stable else {}
+    return WorstOfAxis(
+        stable=stable,
+        velocity=float(family.velocity[radii.argmax()]),
+        **{
+            name: WorstMargin(value=at.value, velocity=at.velocity)
+            if (at := figures.get(name)) and math.isfinite(at.value)
+            else None
+            for name in Figures._fields
+        },
+    )
 
 
 def _at(scenario: Scenario, variant: str, axis: str, speed: float) -> dict[str, Any]:

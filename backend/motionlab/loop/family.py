@@ -7,9 +7,10 @@ linearisations therefore give every loop of the plane of gains, at each velocity
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -17,9 +18,12 @@ from numpy.typing import NDArray
 
 from motionlab.config.scenario import Scenario
 from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.kernel.force_maps import map_digests
+from motionlab.lanes.bank import TABLES
 from motionlab.loop.linearise import (
     SLIDING,
     Loop,
+    Parameters,
     StateSpace,
     controller_about,
     parameters,
@@ -220,6 +224,37 @@ class LoopFamily:
         value[inside] = np.maximum(value[inside] - 0.5 * slope**2 / bend, 0.0)
         velocity[inside] *= np.exp(-step * slope / bend)
         return value, velocity
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """Loops by all that decides them but the gains."""
+
+    key: tuple[Parameters, tuple[str, ...]]
+    scenario: Scenario = field(compare=False)
+    variant: str = field(compare=False)
+    axis: str = field(compare=False)
+
+
+@functools.lru_cache(maxsize=16)
+def _family(asked: _Asked) -> LoopFamily:
+    return LoopFamily.of(asked.scenario, asked.variant, asked.axis)
+
+
+@TABLES.lease()
+def family_of(scenario: Scenario, variant: str, axis: str) -> LoopFamily:
+    """Return the loops of one axis; those of the last few motors and controllers are kept.
+
+    A slider of gains repeats them: only the gains differ.
+
+    Raises
+    ------
+    ConfigError
+        As `LoopFamily.of`.
+    """
+    par = parameters(scenario, variant, axis)
+    without = par._replace(controller=par.controller._replace(k_p=0.0, k_d=0.0))
+    return _family(_Asked((without, map_digests([(0, scenario)])), scenario, variant, axis))
 
 
 _AT_ONCE = 128

@@ -6347,11 +6347,11 @@ export interface components {
              */
             stable: boolean;
             /** @description Factor up, or down, to the stability boundary */
-            gain_margin: components["schemas"]["WorstMargin"] | null;
+            gain_margin: components["schemas"]["motionlab__studies__tune__document__WorstMargin"] | null;
             /** @description Distance of arg L from -180 degrees */
-            phase_margin: components["schemas"]["WorstMargin"] | null;
+            phase_margin: components["schemas"]["motionlab__studies__tune__document__WorstMargin"] | null;
             /** @description Peak of the sensitivity */
-            Ms: components["schemas"]["WorstMargin"] | null;
+            Ms: components["schemas"]["motionlab__studies__tune__document__WorstMargin"] | null;
         };
         /**
          * GainMetrics
@@ -7868,7 +7868,7 @@ export interface components {
         };
         /**
          * LoopOfAxis
-         * @description The loop of one axis while it slides, and at standstill.
+         * @description The loop of one axis while it slides, at standstill, and where it is worst.
          */
         LoopOfAxis: {
             /**
@@ -7923,6 +7923,7 @@ export interface components {
             bandwidth: number | null;
             /** @description Stuck: the bristle is a spring, and the thrust is about that of breakaway */
             standstill: components["schemas"]["LoopAt"];
+            worst: components["schemas"]["WorstOfAxis"];
         };
         /**
          * LoopOfVariant
@@ -10188,6 +10189,12 @@ export interface components {
              * @description N
              */
             normal_force: number;
+            /**
+             * Not Comparable
+             * @description Why no model is judged by it; empty where one is
+             * @default
+             */
+            not_comparable: string;
         };
         /**
          * PushRequest
@@ -14377,17 +14384,29 @@ export interface components {
             };
         };
         /**
-         * WorstMargin
-         * @description Worst value of a margin, and the velocity there.
+         * WorstOfAxis
+         * @description The worst margins of one axis, at standstill and from 0.5 to 4 Stribeck velocities.
+         *
+         *     Tuning and explanations hold their limits against these. Null where the loop is unstable, and
+         *     where there is no such crossing.
          */
-        WorstMargin: {
-            /** Value */
-            value: number;
+        WorstOfAxis: {
+            /**
+             * Stable
+             * @description Whether the loop is stable at each of these velocities
+             */
+            stable: boolean;
             /**
              * Velocity
-             * @description Sliding velocity; 0 at standstill
+             * @description Where it is nearest to instability, m/s; 0 at standstill
              */
             velocity: number;
+            /** @description Smallest factor, up or down, to the stability boundary */
+            gain_margin: components["schemas"]["motionlab__loop__document__WorstMargin"] | null;
+            /** @description rad */
+            phase_margin: components["schemas"]["motionlab__loop__document__WorstMargin"] | null;
+            /** @description Peak of the sensitivity */
+            Ms: components["schemas"]["motionlab__loop__document__WorstMargin"] | null;
         };
         /**
          * WriteRequest
@@ -14495,6 +14514,32 @@ export interface components {
              * @enum {string}
              */
             format: "csv" | "points" | "svg" | "gcode";
+        };
+        /**
+         * WorstMargin
+         * @description The worst value of a margin, and where it is.
+         */
+        motionlab__loop__document__WorstMargin: {
+            /** Value */
+            value: number;
+            /**
+             * Velocity
+             * @description m/s; 0 at standstill
+             */
+            velocity: number;
+        };
+        /**
+         * WorstMargin
+         * @description Worst value of a margin, and the velocity there.
+         */
+        motionlab__studies__tune__document__WorstMargin: {
+            /** Value */
+            value: number;
+            /**
+             * Velocity
+             * @description Sliding velocity; 0 at standstill
+             */
+            velocity: number;
         };
         /**
          * Problem

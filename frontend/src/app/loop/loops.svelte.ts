@@ -15,7 +15,7 @@ export interface LoopQuestion {
 export type LoopFigures = NonNullable<Loops['variants'][string]['axes'][string]>;
 
 /** The figures at one velocity. */
-export type LoopAt = Omit<LoopFigures, 'standstill'>;
+export type LoopAt = LoopFigures['standstill'];
 
 export class LoopMargins {
   /** null before the first answer, and where the last question was refused. */

@@ -1,7 +1,7 @@
-import { describe, expect, it } from 'vitest';
+import { expect, it } from 'vitest';
 import type { Loops } from '../api/types';
 import { LoopMargins, type LoopAt, type LoopFigures } from './loops.svelte';
-import { inDecibels, instability, leastGainMargin, marginCells } from './margins';
+import { inDecibels, instability, marginCells } from './margins';
 
 const SLIDING: LoopAt = {
   velocity: 0.17,
@@ -17,49 +17,54 @@ const SLIDING: LoopAt = {
 };
 const LOOP: LoopFigures = {
   ...SLIDING,
-  standstill: { ...SLIDING, velocity: 0, phase_margin: 2, gain_margin: 20, Ms: 1.5 },
+  standstill: { ...SLIDING, velocity: 0 },
+  worst: {
+    stable: true,
+    velocity: 0,
+    gain_margin: { value: 1.2, velocity: 0 },
+    phase_margin: { value: Math.PI / 6, velocity: 0.0436 },
+    Ms: { value: 2.2, velocity: 0.17 },
+  },
 };
-const LIMITS = { gain_margin: 2, phase_margin: Math.PI / 5, Ms: null };
-const cells = (loop: Partial<LoopFigures> = {}) =>
-  marginCells({ ...LOOP, ...loop }, (name) => LIMITS[name]);
+const LIMITS = { gain_margin: 1.1, phase_margin: Math.PI / 5, Ms: null };
+const cells = (worst: Partial<LoopFigures['worst']> = {}) =>
+  marginCells({ ...LOOP, worst: { ...LOOP.worst, ...worst } }, (name) => LIMITS[name]);
 
 it('writes margins in decibels', () => {
   expect(inDecibels(2)).toBe('6.02');
   expect(inDecibels(null)).toBe('∞');
 });
 
-it('shows the worse of sliding and standstill, and where it is', () => {
-  const stuck = { ...LOOP.standstill, gain_margin: 1.2 };
-  expect(cells({ standstill: stuck }).map(({ text, place }) => [text, place])).toEqual([
+it('shows the worst at any velocity, and where it is', () => {
+  expect(cells().map(({ text, place }) => [text, place])).toEqual([
     ['1.58', 'at standstill'],
-    ['30.0', 'sliding at 170 mm/s'],
+    ['30.0', 'sliding at 43.6 mm/s'],
     ['2.20', 'sliding at 170 mm/s'],
   ]);
+  expect(cells({ gain_margin: null })[0]?.text).toBe('∞');
+});
+
+it('says where a loop is unstable, between the two velocities too', () => {
   expect(instability(LOOP)).toBe('');
-  const nowhere = { ...stuck, stable: false };
-  expect(instability({ ...LOOP, standstill: nowhere })).toBe('at standstill');
-  // With a velocity it would be too long for its line.
-  expect(instability({ ...LOOP, stable: false, standstill: nowhere })).toBe(
+  const worst = { ...LOOP.worst, stable: false, velocity: 0.0436 };
+  expect(instability({ ...LOOP, worst })).toBe('sliding at 43.6 mm/s');
+  const standstill = { ...LOOP.standstill, stable: false };
+  expect(instability({ ...LOOP, standstill, worst: { ...worst, velocity: 0 } })).toBe(
+    'at standstill',
+  );
+  expect(instability({ ...LOOP, stable: false, standstill, worst })).toBe(
     'sliding and at standstill',
   );
 });
 
-describe('margins against their limits', () => {
-  it('marks what is beyond a limit, and nothing without one', () => {
-    expect(cells().map(({ term, text, holds }) => [term, text, holds])).toEqual([
-      ['GM', '20.0', true],
-      ['PM', '30.0', false],
-      ['M_s', '2.20', true],
-    ]);
-    expect(cells()[2]?.limitText).toBe('');
-    expect(cells()[1]?.limitText).toBe('at least 36.0°');
-  });
-
-  it('counts the smaller factor of a gain that may grow or fall', () => {
-    expect(leastGainMargin({ ...LOOP, gain_reduction: 0.5 })).toBe(2);
-    expect(leastGainMargin({ ...LOOP, gain_margin: null })).toBeNull();
-    expect(cells({ gain_reduction: 0.6 })[0]?.holds).toBe(false);
-  });
+it('marks a margin that is beyond its limit, and nothing without one', () => {
+  expect(cells().map(({ term, text, holds }) => [term, text, holds])).toEqual([
+    ['GM', '1.58', true],
+    ['PM', '30.0', false],
+    ['M_s', '2.20', true],
+  ]);
+  expect(cells()[2]?.limitText).toBe('');
+  expect(cells()[1]?.limitText).toBe('at least 36.0°');
 });
 
 it('asks one question at a time, and after it the newest', async () => {
