@@ -121,6 +121,43 @@ def test_a_chosen_csv_is_shown_placed_and_taken_and_undone(paths: Page) -> None:
     assert table(paths) == before
 
 
+def test_samples_keep_their_times_and_run_as_they_are(paths: Page, refusals: list[str]) -> None:
+    refusals.append("422")
+    rows = [
+        (k / 100, 10 * math.sin(k / 100 * math.pi / 2) ** 4, 2 * (k / 200) ** 4) for k in range(201)
+    ]
+    text = "time,x,y\n" + "".join(f"{t:.2f},{x:.6f},{y:.6f}\n" for t, x, y in rows)
+    bring(paths, "drop", name="planned.csv", content=text)
+    expect(fact(paths, "timing")).to_contain_text("a lap", timeout=LONG)
+    samples = sheet(paths).get_by_role("radio", name="Samples")
+    samples.click()
+    expect(fact(paths, "read")).to_have_text("201 samples over 2 s, with their times", timeout=LONG)
+    expect(fact(paths, "timing")).to_have_text("of the file, from rest")
+    expect(fact(paths, "extent")).to_have_text("10.0 by 2.00 mm")
+    expect(sheet(paths).get_by_role("textbox", name="tolerance, µm")).to_be_hidden()
+    picture = sheet(paths).get_by_role("img", name="The path that was read, on the stroke")
+    expect(picture).to_be_visible()
+    # Times have to rise, and there have to be some.
+    box = sheet(paths).get_by_role("textbox", name="File or text")
+    box.fill(text.replace("0.05,", "0.03,", 1))
+    problem = sheet(paths).get_by_role("alert")
+    expect(problem).to_contain_text("Line 7", timeout=LONG)
+    expect(sheet(paths).get_by_role("button", name="Take", exact=True)).to_be_disabled()
+    box.fill("".join(f"{x:.6f},{y:.6f}\n" for _, x, y in rows))
+    samples.click()
+    expect(problem).to_contain_text("has no column of time", timeout=LONG)
+    box.fill(text)
+    samples.click()
+    expect(problem).to_be_hidden(timeout=LONG)
+    take(paths)
+    kept = table(paths)
+    assert (kept["kind"], len(kept["time"])) == ("samples", 201)
+    assert [kept["time"][-1], kept["x"][100], kept["y"][200]] == pytest.approx([2.0, 0.01, 0.002])
+    expect(region(paths, "Limits")).to_contain_text("feasible", timeout=LONG)
+    paths.keyboard.press("Control+z")
+    expect(region(paths, "Path")).to_contain_text("4 points")
+
+
 def test_a_dropped_svg_has_a_target_while_it_is_dragged(paths: Page) -> None:
     bring(paths, "dragover", name="bow.svg", content=SVG)
     target = paths.get_by_text("Drop it to import a path")

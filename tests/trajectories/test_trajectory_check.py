@@ -102,6 +102,13 @@ def test_one_lap_stands_for_all_that_repeat():
     assert [vars(p) for p in many.peaks] == [vars(p) for p in one.peaks]
 
 
+def test_the_extent_is_of_every_tick():
+    found = examine(path(), LIMITS, bins=7)
+    assert found.profiles[0].maximum.max() <= 0.03
+    for axis, most in {"x": 0.03, "y": 0.03}.items():
+        assert found.extent[axis] == pytest.approx((-most, most), abs=1e-8)
+
+
 def test_laps_are_not_left_out_when_the_motor_changes_during_the_run():
     later = [*LIMITS, (Span(10_000), LIMITS[0][1])]
     found = examine(path(laps=5), later, bins=100)

@@ -109,6 +109,8 @@ class Examination:
         Time covered by profiles and violations: one lap of a motion that repeats, s.
     length : float
         Arc length in that time, m.
+    extent : dict of str to (float, float)
+        Least and largest position of each axis in that time, m.
     step : float
         Time that a bin of the profiles stands for, s.
     profiles : list of Profile
@@ -129,6 +131,7 @@ class Examination:
     duration: float
     examined: float
     length: float
+    extent: dict[str, tuple[float, float]]
     step: float
     profiles: list[Profile]
     peaks: list[Peak]
@@ -171,6 +174,13 @@ def examine(trajectory: TrajectoryConfig, limits: LimitSets, *, bins: int) -> Ex
         duration=(reference.ticks + laps_left * reference.period) * CONTROL_PERIOD,
         examined=reference.ticks * CONTROL_PERIOD,
         length=_way(reference.position),
+        extent={
+            name: (
+                float(reference.position[:, axis].min()),
+                float(reference.position[:, axis].max()),
+            )
+            for axis, name in enumerate(AXES)
+        },
         step=size * CONTROL_PERIOD,
         profiles=[
             *_profiles(reference, first, limits[0][1], size),

@@ -327,6 +327,7 @@ def _head(found: Examination) -> dict[str, Any]:
         "duration": found.duration,
         "examined": found.examined,
         "length": found.length,
+        "extent": found.extent,
         "time": {"start": 0.0, "step": found.step, "count": count},
         "peaks": [vars(peak) for peak in found.peaks],
         "violations": [vars(each) for each in found.violations],

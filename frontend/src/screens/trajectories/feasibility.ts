@@ -42,6 +42,8 @@ interface Head {
   duration: number;
   examined: number;
   length: number;
+  /** Least and largest position of every tick, m; the columns have those at the start of bins. */
+  extent: Record<Axis, [least: number, most: number]>;
   time: { start: number; step: number; count: number };
   peaks: Peak[];
   violations: Violation[];

@@ -12,7 +12,7 @@ import { isEdited, isWords, refusalOf, type Refusal } from './import-text';
 const SHOWN = 200_000;
 
 export type Said = Required<
-  Pick<ReadQuery, 'format' | 'unit' | 'scale' | 'tolerance' | 'placement' | 'height'>
+  Pick<ReadQuery, 'format' | 'unit' | 'scale' | 'tolerance' | 'placement' | 'height' | 'samples'>
 >;
 
 const NOTHING_SAID: Said = {
@@ -22,6 +22,7 @@ const NOTHING_SAID: Said = {
   tolerance: 5e-6,
   placement: 'file',
   height: 0.01,
+  samples: false,
 };
 
 interface Question {

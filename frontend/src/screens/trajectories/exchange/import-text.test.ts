@@ -41,17 +41,10 @@ it('tells words from files', () => {
 
 it('what was read is described by size, place and feed', () => {
   const trajectory = { kind: 'path', v_max: 0.01 };
-  const column = (low: number, high: number) => ({
-    minimum: new Float32Array([low, 0]),
-    maximum: new Float32Array([0, high]),
-  });
   const checked = {
     length: 0.08,
     duration: 9,
-    columns: new Map([
-      ['x.position', column(-0.01, 0.015)],
-      ['y.position', column(-0.01, 0.01)],
-    ]),
+    extent: { x: [-0.01, 0.015], y: [-0.01, 0.01] },
   } as unknown as Checked;
   const found = {
     trajectory,
@@ -76,6 +69,11 @@ it('what was read is described by size, place and feed', () => {
   ];
   const sequence = { ...found, trajectory: { kind: 'sequence', parts } } as typeof found;
   expect(factsOf(sequence, null).at(-1)?.value).toBe('feed 20.0 mm/s, 1 dwell');
+  const samples = { ...found, trajectory: { kind: 'samples' }, read: '3 samples over 2 s' };
+  expect(factsOf(samples as typeof found, null).map(({ name, value }) => [name, value])).toEqual([
+    ['read', '3 samples over 2 s'],
+    ['timing', 'of the file, from rest'],
+  ]);
 });
 
 it('tells a text that was changed from another one', () => {

@@ -77,7 +77,30 @@ export interface Fact {
 
 /** What a file has become: size, place and timing. */
 export function factsOf(found: ReadFile, checked: Checked | null): Fact[] {
-  const facts: Fact[] = [
+  const facts: Fact[] = found.trajectory.kind === 'samples' ? sampleFacts(found) : pathFacts(found);
+  if (!checked) return facts;
+  return [
+    ...facts,
+    { name: 'length', value: withUnit(checked.length, 'm'), title: 'Once along the path' },
+    { name: 'extent', value: extentText(checked), title: 'Width by height' },
+    { name: 'place', value: placeText(checked), title: 'On the stroke, from its middle' },
+    { name: 'duration', value: withUnit(checked.duration, 's'), title: 'Of the whole motion' },
+  ];
+}
+
+function sampleFacts({ read }: ReadFile): Fact[] {
+  return [
+    { name: 'read', value: read, title: 'What the file has' },
+    {
+      name: 'timing',
+      value: 'of the file, from rest',
+      title: 'Between samples the cubic spline through all of them',
+    },
+  ];
+}
+
+function pathFacts(found: ReadFile): Fact[] {
+  return [
     { name: 'read', value: readText(found), title: 'What the file has' },
     {
       name: 'path',
@@ -90,14 +113,6 @@ export function factsOf(found: ReadFile, checked: Checked | null): Fact[] {
       title: 'Largest distance of the path from the file',
     },
     { name: 'timing', value: timingText(found.trajectory), title: 'Of the motion profile' },
-  ];
-  if (!checked) return facts;
-  return [
-    ...facts,
-    { name: 'length', value: withUnit(checked.length, 'm'), title: 'Once along the path' },
-    { name: 'extent', value: extentText(checked), title: 'Width by height' },
-    { name: 'place', value: placeText(checked), title: 'On the stroke, from its middle' },
-    { name: 'duration', value: withUnit(checked.duration, 's'), title: 'Of the whole motion' },
   ];
 }
 
@@ -131,23 +146,13 @@ function timingText(trajectory: ReadFile['trajectory']): string {
   return `feed ${feed}${rests}`;
 }
 
-type Ends = [least: number, most: number];
-
-function ends(checked: Checked, axis: 'x' | 'y'): Ends {
-  const column = checked.columns.get(`${axis}.position`);
-  const least = Math.min(...(column?.minimum ?? []));
-  return [least, Math.max(...(column?.maximum ?? []))];
-}
-
-function extentText(checked: Checked): string {
-  const [x, y] = [ends(checked, 'x'), ends(checked, 'y')].map(([low, high]) => mm(high - low));
+function extentText({ extent }: Checked): string {
+  const [x, y] = [extent.x, extent.y].map(([low, high]) => mm(high - low));
   return `${x} by ${y} mm`;
 }
 
-function placeText(checked: Checked): string {
-  const [x, y] = [ends(checked, 'x'), ends(checked, 'y')].map(
-    ([low, high]) => `${mm(low)} to ${mm(high)}`,
-  );
+function placeText({ extent }: Checked): string {
+  const [x, y] = [extent.x, extent.y].map(([low, high]) => `${mm(low)} to ${mm(high)}`);
   return `x ${x}, y ${y} mm`;
 }
 
