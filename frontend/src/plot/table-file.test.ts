@@ -60,5 +60,8 @@ describe('numbers of a plot', () => {
       { name: 'e', unit: 'µm', cells: ['−2.5', '–'] },
     ];
     expect(csvOf(shownTable(columns))).toBe('time [s],e [µm]\r\n1,-2.5\r\nmost,\r\n');
+    const formulas = shownTable([{ name: '=1+1', unit: 'V', cells: ['@x', '\u22122+x', '−2'] }]);
+    expect(csvOf(formulas)).toBe("'=1+1 [V]\r\n'@x\r\n'-2+x\r\n-2\r\n");
+    expect(tabbed(formulas)).toBe("'=1+1 [V]\n'@x\n'-2+x\n-2");
   });
 });

@@ -1,5 +1,6 @@
 /** Numbers of plots and tables as CSV and as text for a spreadsheet. */
 
+import { cellText, csvRow } from '../ui/table-cell';
 import { ascending, errorEnds, finite } from './curves';
 import type { CurveData, GridData, PlotData, SourceData } from './plot-menu';
 import type { Column } from './table-columns';
@@ -13,12 +14,12 @@ export type Table = readonly (readonly (string | number | null)[])[];
 
 /** Writes a table as CSV: a point for the decimal sign, a comma between, lines end in \r\n. */
 export function csvOf(table: Table): string {
-  return table.map((row) => row.map((cell) => quoted(plain(cell))).join() + '\r\n').join('');
+  return table.map((row) => `${csvRow(row.map(plain))}\r\n`).join('');
 }
 
 /** Writes a table as a spreadsheet takes it from the clipboard. */
 export function tabbed(table: Table): string {
-  return table.map((row) => row.map((cell) => plain(cell).replace(/[\t\r\n]+/g, ' ')).join('\t')).join('\n'); // prettier-ignore
+  return table.map((row) => row.map((cell) => cellText(plain(cell))).join('\t')).join('\n');
 }
 
 /** Returns the numbers of a plot. */
@@ -130,13 +131,7 @@ function single(value: number | undefined): number | null {
   return Number(value.toPrecision(9));
 }
 
-function plain(cell: string | number | null): string {
-  if (cell === null || (typeof cell === 'number' && !Number.isFinite(cell))) return '';
-  return String(cell)
-    .replaceAll('\u2212', '-')
-    .replace(/^\u2013$/, '');
-}
-
-function quoted(text: string): string {
-  return /[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
+/** As it is shown, with signs that a program reads. */
+function plain(cell: string | number | null): string | number | null {
+  return typeof cell === 'string' ? cell.replaceAll('\u2212', '-').replace(/^\u2013$/, '') : cell;
 }

@@ -48,4 +48,6 @@ it('names are numbered, and told in the name of the axis', () => {
 it('the file has a row for each case, and quotes what needs it', () => {
   const odd = found([{ ...MOTOR, values: ['a,b', 'c'] }], [2], [0.5, null]);
   expect(csvOf(odd)).toBe('case,plant,B.x.peak\n0,"a,b",0.5\n1,c,\n');
+  const formula = found([{ ...MOTOR, values: ['=1+1', '-x'] }], [2], [-0.5, 1]);
+  expect(csvOf(formula)).toContain("0,'=1+1,-0.5\n1,'-x,1\n");
 });

@@ -4,6 +4,7 @@ import type { Axis, SweepResult, Value } from '../../app/api/types';
 import { nameOf, fieldOf } from '../../app/fields/fields.svelte';
 import type { PlotAxis, Look, Series } from '../../plot/types';
 import { valueText } from './sweep-form';
+import { csvRow } from '../../ui/table-cell';
 
 type Numbers = readonly (number | null)[];
 
@@ -123,10 +124,5 @@ export function csvOf(found: SweepResult): string {
     ...caseOf(found, i),
     ...columns.map(({ values }) => values[i] ?? ''),
   ]);
-  return [heads, ...rows].map((row) => `${row.map(quoted).join(',')}\n`).join('');
-}
-
-function quoted(cell: unknown): string {
-  const text = String(cell);
-  return /[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
+  return [heads, ...rows].map((row) => `${csvRow(row)}\n`).join('');
 }

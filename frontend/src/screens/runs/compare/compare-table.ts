@@ -2,6 +2,7 @@
 
 import type { ChannelComparison, Comparison, Place } from '../../../app/api/types';
 import { digits, percent, prettyUnit, scaleFor, type Scale } from '../../../ui/units';
+import { csvRow } from '../../../ui/table-cell';
 
 export type Verdict = ChannelComparison['verdict'];
 
@@ -163,7 +164,7 @@ export function csvOf({ channels }: Comparison): string {
     const { tolerance, at } = one;
     const unit =
       one.verdict === 'units-differ' ? `${one.unit} and ${one.candidate_unit}` : one.unit;
-    return [
+    return csvRow([
       one.name,
       unit ?? one.candidate_unit,
       one.verdict,
@@ -180,14 +181,7 @@ export function csvOf({ channels }: Comparison): string {
       one.rms,
       one.compared,
       one.single,
-    ]
-      .map(cell)
-      .join();
+    ]);
   });
   return [head, ...lines, ''].join('\n');
-}
-
-function cell(value: string | number | null | undefined): string {
-  const text = String(value ?? '');
-  return /[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
 }

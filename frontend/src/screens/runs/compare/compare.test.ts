@@ -174,6 +174,9 @@ it('figures are short, and exact in the file', () => {
   expect(csvOf(said([channel({ name: 'a "b", c' })])).split('\n')[1]).toBe(
     '"a ""b"", c",N,within,0,0,0,linear,-0.5,1.5,1.5,,,0,0.1,10,0',
   );
+  expect(csvOf(said([channel({ name: '=1+1', unit: '@V' })])).split('\n')[1]).toMatch(
+    /^'=1\+1,'@V,within,/,
+  );
 });
 
 it('a list tells what differs from the baseline, where it can be told', () => {
