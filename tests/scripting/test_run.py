@@ -142,6 +142,24 @@ def test_figures_draw_what_was_asked_for(circle: Run) -> None:
     assert line.get_xdata()[[0, -1]] == pytest.approx([2.0, 2.9995])
 
 
+def test_figures_are_drawn_in_axes_of_ones_own(circle: Run) -> None:
+    from matplotlib.figure import Figure
+
+    own = Figure()
+    left, right = own.subplots(1, 2)
+    assert circle.plot(ax=left, title="Both axes") is own
+    assert [line.get_label() for line in left.lines] == circle.shown()
+    assert (left.get_title(), left.get_ylabel(), len(right.lines)) == ("Both axes", "µm", 0)
+    two = own.subfigures(1, 2)[0].subplots(2, 1)
+    assert circle.plot(ERROR, "B.x.velocity", ax=two) is own
+    assert [panel.get_ylabel() for panel in two] == ["µm", "mm/s"]
+    with pytest.raises(motionlab.ConfigError, match=r"ax: must have.*got 1; .*2, of m, m/s"):
+        circle.plot(ERROR, "B.x.velocity", ax=left)
+    with pytest.raises(motionlab.ConfigError, match="ax: is not an Axes"):
+        circle.plot(ax=own)  # pyright: ignore[reportArgumentType]
+    assert circle.plot(title="Circle").get_suptitle() == "Circle"
+
+
 def test_a_notebook_shows_curves_and_the_report(circle: Run) -> None:
     html = circle._repr_html_()
     assert html.count("<svg") == 2

@@ -26,6 +26,7 @@ from motionlab.telemetry.expressions.parse import ExpressionError
 if TYPE_CHECKING:
     import pandas as pd
     import pyarrow as pa
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 BINS = 600
@@ -252,7 +253,14 @@ class Channels(Mapping[str, Samples]):
                     writer.write_table(table)
         return Path(path)
 
-    def plot(self, *channels: str, start: float = 0.0, end: float | None = None) -> Figure:
+    def plot(
+        self,
+        *channels: str,
+        start: float = 0.0,
+        end: float | None = None,
+        ax: Axes | Sequence[Axes] | None = None,
+        title: str = "",
+    ) -> Figure:
         """Draw channels over time with matplotlib; those of one unit and axis share a panel.
 
         Parameters
@@ -261,11 +269,20 @@ class Channels(Mapping[str, Samples]):
             Channels and math channels; of a run the following errors if none is named.
         start, end : float
             Part of the time, s; up to the last sample when left out.
+        ax : matplotlib Axes or sequence of them
+            Where to draw: one for all channels, which then are of one unit, or one for each panel.
+        title : str
+            Above the panels.
+
+        Returns
+        -------
+        Figure
+            A new one, or that of `ax`.
 
         Raises
         ------
         ConfigError
-            If nothing is left to draw.
+            If nothing is left to draw, or `ax` does not fit.
         MotionLabError
             If matplotlib is not installed.
         """
@@ -281,7 +298,7 @@ class Channels(Mapping[str, Samples]):
             )
         chosen = self._chosen(channels or self.shown())
         curves = [Curve(one.name, one.unit, np.asarray(one[part])) for one in chosen]
-        return figure_of(time[part], curves)
+        return figure_of(time[part], curves, title, ax)
 
     def shown(self) -> list[str]:
         """Return the channels that are drawn when none is named: the first six, or an override."""

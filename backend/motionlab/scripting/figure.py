@@ -7,9 +7,11 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from motionlab.errors import ConfigError, FieldError
 from motionlab.runs.report.chart import LOOKS
 from motionlab.scripting.channels import look_of
 
@@ -37,7 +39,12 @@ class NotebookFigure(Figure):
         return file.getvalue()
 
 
-def figure_of(time: NDArray[np.float64], curves: Sequence[Curve], title: str = "") -> Figure:
+def figure_of(
+    time: NDArray[np.float64],
+    curves: Sequence[Curve],
+    title: str = "",
+    ax: Axes | Sequence[Axes] | None = None,
+) -> Figure:
     """Draw curves over time, s: a panel for each unit and axis, a colour for each variant.
 
     Parameters
@@ -48,12 +55,24 @@ def figure_of(time: NDArray[np.float64], curves: Sequence[Curve], title: str = "
         Values in SI, shape (n,); lengths and velocities are shown in parts of it.
     title : str
         Above all panels.
+    ax : Axes or sequence of Axes, optional
+        Where to draw: one for all curves, or one for each panel; a new figure when left out.
+
+    Raises
+    ------
+    ConfigError
+        If `ax` is something else, or does not fit the curves.
     """
     panels: dict[tuple[str, str], list[Curve]] = {}
     for each in curves:
-        panels.setdefault((each.unit, each.name.rpartition(".")[0][-1:]), []).append(each)
-    figure = NotebookFigure(figsize=(_WIDTH, 0.6 + _HEIGHT * len(panels)), layout="constrained")
-    axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+        axis = "" if isinstance(ax, Axes) else each.name.rpartition(".")[0][-1:]
+        panels.setdefault((each.unit, axis), []).append(each)
+    if ax is None:
+        figure = NotebookFigure(figsize=(_WIDTH, 0.6 + _HEIGHT * len(panels)), layout="constrained")
+        axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0].tolist()
+    else:
+        axes = _given(ax, [unit for unit, _ in panels])
+        figure = axes[0].figure.figure  # that of a part, too
     for (unit, _), place, drawn in zip(panels, axes, panels.values(), strict=True):
         factor, shown = _scale(unit, drawn)
         taken: set[str] = set()
@@ -72,10 +91,23 @@ def figure_of(time: NDArray[np.float64], curves: Sequence[Curve], title: str = "
         place.set_ylabel(shown or "1")
         place.grid(alpha=0.3)
         place.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, frameon=False)
-    if title:
+    if title and ax is None:
         figure.suptitle(title)
+    elif title:
+        axes[0].set_title(title)
     axes[-1].set_xlabel("time, s")
     return figure
+
+
+def _given(ax: Any, units: list[str]) -> list[Axes]:
+    """Return the axes that were given, one for each panel."""
+    axes = list(np.ravel(np.asarray(ax, object)))
+    if not all(isinstance(one, Axes) for one in axes):
+        raise ConfigError(FieldError("ax", "is not an Axes of matplotlib, nor a list of them", ax))
+    if len(axes) != len(units):
+        panels = f"{len(units)}, of {', '.join(unit or '1' for unit in units)}"
+        raise ConfigError(FieldError("ax", "must have an Axes for each panel", len(axes), panels))
+    return axes
 
 
 def _scale(unit: str, curves: Sequence[Curve]) -> tuple[float, str]:
