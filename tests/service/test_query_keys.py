@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import json
+
 import httpx
 import pytest
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
 
 from motionlab import Client
 from motionlab.errors import ConfigError
@@ -42,6 +46,17 @@ def test_a_key_that_comes_twice_is_named(client: httpx.Client) -> None:
 
 def test_stop_is_taken_whatever_stands_beside_it(client: httpx.Client, live: Live) -> None:
     assert client.post(f"/api/v1/sessions/{live.id}/stop?x=1&x=2").status_code == 200
+
+
+def test_a_stream_has_no_query(server: Server, live: Live) -> None:
+    address = f"{server.url.replace('http', 'ws')}/api/v1/sessions/{live.id}/stream?from_tick=3"
+    with pytest.raises(InvalidStatus) as refused:
+        connect(address)
+    answer = refused.value.response
+    assert answer.status_code == 422
+    assert [(each["loc"], each["range"]) for each in json.loads(answer.body)["errors"]] == [
+        ("from_tick", "no query")
+    ]
 
 
 def test_the_client_raises(server: Server) -> None:

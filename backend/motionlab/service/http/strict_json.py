@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import typing
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Coroutine, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
@@ -47,12 +47,8 @@ class JsonRoute(APIRoute):
         stops = self.path.endswith("/stop")  # which nothing odd beside it may keep from stopping
 
         async def handle(request: Request) -> Response:
-            unknown = [key for key in request.query_params if key not in known]
-            if unknown and not stops:
-                allowed = f"one of {', '.join(known)}" if known else "no query"
-                raise ConfigError(
-                    *(FieldError(key, "is no key of this query", range=allowed) for key in unknown)
-                )
+            if not stops:
+                refuse_unknown(request.query_params, known)
             keys = [key for key, _ in request.query_params.multi_items() if key not in lists]
             if len(keys) > len(set(keys)) and not stops:
                 twice = next(key for key in keys if keys.count(key) > 1)
@@ -65,6 +61,22 @@ class JsonRoute(APIRoute):
                 raise
 
         return handle
+
+
+def refuse_unknown(query: Iterable[str], known: Sequence[str] = ()) -> None:
+    """Refuse keys of a query that are not known.
+
+    Raises
+    ------
+    ConfigError
+        Naming each of them.
+    """
+    unknown = [key for key in query if key not in known]
+    if unknown:
+        allowed = f"one of {', '.join(known)}" if known else "no query"
+        raise ConfigError(
+            *(FieldError(key, "is no key of this query", range=allowed) for key in unknown)
+        )
 
 
 def _query_keys(dependant: Dependant) -> dict[str, bool]:

@@ -21,9 +21,11 @@ from pydantic import BaseModel, ConfigDict, Field
 from motionlab.config.changes import SCHEDULABLE
 from motionlab.config.planar import AXES
 from motionlab.config.quantity import Whole
+from motionlab.errors import ConfigError
+from motionlab.problems import fields_of
 from motionlab.service.http.openapi_input import ID, PATHS_MAX, Paths, examples, links
-from motionlab.service.http.problems import responses
-from motionlab.service.http.strict_json import JsonRoute
+from motionlab.service.http.problems import problem, responses
+from motionlab.service.http.strict_json import JsonRoute, refuse_unknown
 from motionlab.service.live.session import Session
 from motionlab.service.live.session_info import SessionInfo
 from motionlab.service.live.sessions import Sessions
@@ -269,7 +271,12 @@ async def change_parameters(
 async def stream(websocket: WebSocket, session_id: str) -> None:
     """Stream a session; docs/stream.md."""
     try:
+        refuse_unknown(websocket.query_params)
         session = websocket.app.state.sessions.find(session_id)
+    except ConfigError as error:
+        answer = problem("invalid-field", str(error), errors=fields_of(error))
+        await websocket.send_denial_response(answer)
+        return
     except HTTPException as error:
         await refuse(websocket, str(error.detail))
         return
