@@ -6,12 +6,12 @@ import os
 import re
 import shutil
 import sys
-import textwrap
 from collections.abc import Collection, Iterable, Sequence
 
 from motionlab.plain_text import without_controls
 
 _MICRO = re.compile(r"(?<![\w-])u(?=m\b|s\b)")
+_WORDS = re.compile(r"\s*\S+")  # each with the blanks before it
 _GAP = "  "
 _BOLD, _PLAIN = "\x1b[1m", "\x1b[0m"
 _LINES_MAX = 6  # of a row; a table whose rows would be higher is written as blocks
@@ -50,7 +50,7 @@ def table(
     lines = [*([list(heads)] if any(heads) else []), *([list(units)] if units else []), *rows]
     if not lines:
         return ""
-    gap, widths = _GAP, [max(map(len, column)) for column in zip(*lines, strict=True)]
+    gap, widths = _GAP, [max(map(_cells, column)) for column in zip(*lines, strict=True)]
     if on_terminal():
         columns, gaps = shutil.get_terminal_size().columns, len(heads) - 1
         if sum(widths) + len(_GAP) * gaps > columns:
@@ -71,11 +71,11 @@ def table(
 def _fitted(lines: list[list[str]], widths: list[int], available: int) -> list[int] | None:
     """Return widths that fit, no word broken; None where there are none, or rows grow too high."""
     least = [
-        max((len(word) for cell in column for word in cell.split()), default=0)
+        max((_cells(word) for cell in column for word in cell.split()), default=0)
         for column in zip(*lines, strict=True)
     ]
     # An indented first column keeps its indent.
-    least[0] = max((len(line[0]) for line in lines if line[0][:1] == " "), default=least[0])
+    least[0] = max((_cells(line[0]) for line in lines if line[0][:1] == " "), default=least[0])
     if sum(least) > available:
         return None
     # The widest columns give first: columns of words rather than those of numbers.
@@ -85,9 +85,7 @@ def _fitted(lines: list[list[str]], widths: list[int], available: int) -> list[i
         widest = max(shrinkable, key=lambda i: fitted[i])
         fitted[widest] -= 1
     height = max(
-        len(textwrap.wrap(cell, width, break_on_hyphens=False)) if width else 1
-        for row in lines
-        for cell, width in zip(row, fitted, strict=True)
+        len(_wrap(cell, width)) for row in lines for cell, width in zip(row, fitted, strict=True)
     )
     return fitted if height <= _LINES_MAX else None
 
@@ -95,17 +93,16 @@ def _fitted(lines: list[list[str]], widths: list[int], available: int) -> list[i
 def _row(row: Sequence[str], widths: Sequence[int], right: Collection[int], gap: str) -> list[str]:
     """Return a row as lines, its cells wrapped between words."""
     cells = [
-        [cell]
-        if len(cell) <= width
-        else textwrap.wrap(cell, width, break_long_words=False, break_on_hyphens=False)
+        [cell] if _cells(cell) <= width else _wrap(cell, width)
         for cell, width in zip(row, widths, strict=True)
     ]
     height = max((len(cell) for cell in cells), default=1)
     return [
         gap.join(
-            text.rjust(width) if index in right else text.ljust(width)
+            blanks + text if index in right else text + blanks
             for index, (cell, width) in enumerate(zip(cells, widths, strict=True))
             for text in ([*cell, *[""] * height][line],)
+            for blanks in (" " * (width - _cells(text)),)
         ).rstrip()
         for line in range(max(height, 1))
     ]
@@ -135,21 +132,31 @@ def fitted(text: str) -> str:
 
 def _wrapped(line: str, columns: int, indent: int | None = None) -> str:
     """Return a line broken between words, its further lines indented."""
-    if len(line.replace(_BOLD, "").replace(_PLAIN, "")) <= columns or "\x1b" in line:
+    if _cells(line) <= columns or "\x1b" in line:
         return line
     start = len(line) - len(line.lstrip())
     further = min(start + 4 if indent is None else indent, columns // 2)
-    pieces, rest = [], line
-    while len(rest) > columns:
-        # The last gap that leaves no word cut; a word longer than the line stands on its own.
-        first = len(rest) - len(rest.lstrip())
-        cut = rest.rfind(" ", first + 1, columns + 1)
-        cut = cut if cut > first else rest.find(" ", columns)
-        if cut < 0:
-            break
-        pieces.append(rest[:cut].rstrip())
-        rest = " " * further + rest[cut:].lstrip()
-    return "\n".join([*pieces, rest])
+    return "\n".join(_wrap(line, columns, " " * further))
+
+
+def _wrap(text: str, columns: int, indent: str = "") -> list[str]:
+    """Return text in lines; a word that is longer than a line has one of its own."""
+    lines = [""]
+    for piece in _WORDS.findall(text):
+        if lines[-1] and _cells(lines[-1] + piece) > columns:
+            lines.append(indent + piece.lstrip())
+        else:
+            lines[-1] += piece
+    return lines
+
+
+def _cells(text: str) -> int:
+    """Return how many columns of a terminal text takes: Chinese letters take two, accents none."""
+    if text.isascii():
+        return len(text)
+    from rich.cells import cell_len
+
+    return cell_len(text)
 
 
 def in_letters(text: str) -> str:
