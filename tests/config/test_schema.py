@@ -6,6 +6,7 @@ import copy
 import json
 import tomllib
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import jsonschema
@@ -13,12 +14,12 @@ import pytest
 
 from motionlab.config.load import load_scenario
 from motionlab.config.scenario import Scenario
-from motionlab.config.schema import scenario_schema, schema_text
+from motionlab.config.schema import FILES, file_schema, scenario_schema, schema_text
 from motionlab.config.shipped import config_root, names
 from motionlab.errors import ConfigError
 
 SCHEMA: dict[str, Any] = scenario_schema()
-SOURCE: dict[str, Any] = json.loads(schema_text())
+SOURCE: dict[str, Any] = file_schema("scenario")
 LOWER, UPPER = {"minimum", "exclusiveMinimum"}, {"maximum", "exclusiveMaximum"}
 
 
@@ -84,25 +85,45 @@ def test_every_model_refuses_unknown_keys() -> None:
         assert definition["additionalProperties"] is False
 
 
-def test_the_schema_that_ships_is_current() -> None:
-    shipped = (config_root() / "scenario.schema.json").read_text(encoding="utf-8")
-    assert shipped == schema_text(), "run `make schema`"
+@pytest.mark.parametrize("kind", FILES)
+def test_the_schema_that_ships_is_current(kind: str) -> None:
+    shipped = (config_root() / f"{kind}.schema.json").read_text(encoding="utf-8")
+    assert shipped == schema_text(kind), "run `make schema`"
 
 
-@pytest.mark.parametrize("schema", [SCHEMA, SOURCE])
+@pytest.mark.parametrize("schema", [SCHEMA, *map(file_schema, FILES)])
 def test_the_schema_is_one(schema: dict[str, Any]) -> None:
     jsonschema.Draft202012Validator.check_schema(schema)
     assert schema["$schema"] == jsonschema.Draft202012Validator.META_SCHEMA["$id"]
 
 
-@pytest.mark.parametrize("name", names("scenarios"))
-def test_the_file_of_a_scenario_fits_the_schema_that_it_names(name: str) -> None:
-    path = config_root() / "scenarios" / f"{name}.toml"
+SHIPPED = sorted(config_root().glob("*/*.toml"))
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: f"{path.parent.name}/{path.stem}")
+def test_a_file_that_ships_fits_the_schema_that_it_names(path: Path) -> None:
     first, *_ = path.read_text(encoding="utf-8").splitlines()
     named = path.parent / first.removeprefix("#:schema ")
-    schema = json.loads(named.read_text(encoding="utf-8"))
+    validator = jsonschema.Draft202012Validator(json.loads(named.read_text(encoding="utf-8")))
     tables = tomllib.loads(path.read_text(encoding="utf-8"))
-    jsonschema.Draft202012Validator(schema).validate(tables)
+    validator.validate(tables)
+    assert not validator.is_valid(tables | {"unknown": 1.0})
+
+
+@pytest.mark.parametrize(
+    ("kind", "text"),
+    [
+        ("motor", "x.mass = -1.0"),
+        ("motor", 'base = "nominal"\nx.friction.F_z = 1.0'),
+        ("controller", "x.kp = 1.0"),
+        ("controller", 'base = "no such name"'),
+        ("trajectory", 'kind = "circle"\nraduis = 0.01'),
+        ("trajectory", "radius = 0.01"),
+        ("drive", 'title = "None but a title"'),
+    ],
+)
+def test_a_mistake_in_the_file_of_a_part_does_not_fit(kind: str, text: str) -> None:
+    assert not jsonschema.Draft202012Validator(file_schema(kind)).is_valid(tomllib.loads(text))
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ from motionlab.progress import first_use, told
 
 _MODULES = {
     "run": ("run",),
-    "scenarios": ("scenarios", "show", "new"),
+    "scenarios": ("scenarios", "show", "new", "schema"),
     "fields": ("fields", "laws"),
     "check": ("check",),
     "loop": ("loop",),

@@ -1,4 +1,4 @@
-"""The commands ``motionlab scenarios``, ``motionlab show`` and ``motionlab new``."""
+"""The commands ``motionlab scenarios``, ``show``, ``new`` and ``schema``."""
 
 from __future__ import annotations
 
@@ -25,6 +25,15 @@ examples:
   motionlab new mine.toml
   motionlab new slow.toml --base rhombus
   motionlab run mine.toml
+"""
+
+SCHEMA_EXAMPLES = """\
+examples:
+  motionlab schema > scenario.schema.json
+  motionlab schema motor > motor.schema.json
+
+Editors that know TOML schemas, such as those with Taplo, complete and check a file whose first line
+is `#:schema scenario.schema.json`, the path from its own folder.
 """
 
 
@@ -56,7 +65,7 @@ def add(commands: Any) -> None:
         help="write a scenario of one's own, with comments",
         description="Write a scenario that differs in nothing from a shipped one yet: its fields "
         "stand in comments, with unit and range. In a checkout, editors that know TOML schemas "
-        "complete and check it.",
+        "complete and check it; `motionlab schema` writes the schema for elsewhere.",
         epilog=NEW_EXAMPLES,
     )
     parser.add_argument("file", metavar="FILE", help="file to write: .toml")
@@ -68,6 +77,19 @@ def add(commands: Any) -> None:
     )
     add_overwrite(parser)
     parser.set_defaults(command=_new)
+
+    parser = commands.add_parser(
+        "schema",
+        help="print the JSON schema of scenarios or their parts",
+        description="Print the JSON schema of a kind of TOML file: every field with unit, range "
+        "and source.",
+        epilog=SCHEMA_EXAMPLES,
+    )
+    kinds = ("scenario", "motor", "controller", "trajectory", "drive")
+    parser.add_argument(
+        "kind", nargs="?", choices=kinds, default=kinds[0], help="default: %(default)s"
+    )
+    parser.set_defaults(command=_schema)
 
 
 def _list(options: argparse.Namespace) -> int:
@@ -107,4 +129,11 @@ def _new(options: argparse.Namespace) -> int:
     with complete_file(options.file) as part:
         part.write_text(text, encoding="utf-8")
     wrote(options.file)
+    return DONE
+
+
+def _schema(options: argparse.Namespace) -> int:
+    from motionlab.config.schema import schema_text
+
+    print(schema_text(options.kind), end="")
     return DONE

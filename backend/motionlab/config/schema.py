@@ -1,6 +1,6 @@
-"""JSON schemas of scenarios, as files give them and with all names resolved.
+"""JSON schemas of scenarios and their parts, as files give them and with all names resolved.
 
-``python -m motionlab.config.schema`` writes that of files, for editors.
+``python -m motionlab.config.schema`` writes those of files, for editors.
 """
 
 from __future__ import annotations
@@ -9,8 +9,14 @@ import json
 import sys
 from typing import Any
 
+from motionlab.config.drive import DriveConfig
 from motionlab.config.scenario import Scenario
-from motionlab.config.shipped import OWN, Kind, config_root, names
+from motionlab.config.shipped import ORIGIN, OWN, Kind, config_root, names
+
+FILES = ("scenario", "motor", "controller", "trajectory", "drive")
+"""Kinds of files, the parts of a scenario among them."""
+
+_DIALECT = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
 
 _WHOLE = ["plant", "variants", "trajectory"]
 """Required keys of a scenario without a base."""
@@ -18,9 +24,7 @@ _WHOLE = ["plant", "variants", "trajectory"]
 
 def scenario_schema() -> dict[str, Any]:
     """Return the JSON schema of a resolved scenario, with unit and source of every number."""
-    return Scenario.model_json_schema() | {
-        "$schema": "https://json-schema.org/draft/2020-12/schema"
-    }
+    return Scenario.model_json_schema() | _DIALECT
 
 
 def source_schema() -> dict[str, Any]:
@@ -61,9 +65,49 @@ def source_schema() -> dict[str, Any]:
     return schema | {"anyOf": [{"required": ["base"]}, {"required": _WHOLE}]}
 
 
-def schema_text() -> str:
-    """Return the schema of files as the text of its own."""
-    return json.dumps(source_schema(), indent=2, ensure_ascii=False) + "\n"
+def file_schema(kind: str) -> dict[str, Any]:
+    """Return the JSON schema of a kind of file, one of `FILES`."""
+    if kind == "drive":
+        return DriveConfig.model_json_schema() | _DIALECT
+    whole = source_schema()
+    tables: dict[str, Any] = whole["$defs"]
+    match kind:
+        case "motor":
+            part = tables.pop("PlantConfig")
+            part["properties"][ORIGIN] = {
+                "type": "object",
+                "description": "Where the motor's numbers come from",
+            }
+        case "controller":
+            part = tables.pop("ControllerConfig")
+        case "trajectory":
+            *motions, _, changed = whole["properties"]["trajectory"]["anyOf"]
+            part = {"anyOf": [*motions, changed | {"required": ["base"]}]}
+        case _:
+            return whole
+    return part | {"$defs": _used(part, tables)} | _DIALECT
+
+
+def schema_text(kind: str) -> str:
+    """Return the schema of a kind of file as text."""
+    return json.dumps(file_schema(kind), indent=2, ensure_ascii=False) + "\n"
+
+
+def _used(part: dict[str, Any], tables: dict[str, Any]) -> dict[str, Any]:
+    """Return the tables that a part refers to, and those that they refer to."""
+    found: dict[str, Any] = {}
+    waiting: list[Any] = [part]
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, dict):
+            name = str(node.get("$ref", "")).rpartition("/")[2]
+            if name and name not in found:
+                found[name] = tables[name]
+                waiting.append(tables[name])
+            waiting += node.values()
+        elif isinstance(node, list):
+            waiting += node
+    return dict(sorted(found.items()))
 
 
 def _either(node: Any) -> Any:
@@ -110,6 +154,7 @@ def _changed(motions: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    path = config_root() / "scenario.schema.json"
-    path.write_text(schema_text(), encoding="utf-8")
-    print(f"wrote {path.name}", file=sys.stderr)
+    for kind in FILES:
+        path = config_root() / f"{kind}.schema.json"
+        path.write_text(schema_text(kind), encoding="utf-8")
+        print(f"wrote {path.name}", file=sys.stderr)
