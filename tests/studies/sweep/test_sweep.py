@@ -169,7 +169,8 @@ def test_metrics_that_no_field_moves_have_no_best_case(capsys: pytest.CaptureFix
     short = ["--set", "trajectory.laps=2"]
     assert main(["sweep", "circle", *short, "--grid", f"{GAIN}=2e5,4e5"]) == 0
     said = capsys.readouterr().out
-    assert "um in all cases alike\n" in said[said.index("best for A x") :]
+    assert "\nB.x.k_p, N/m " in said
+    assert "um in every case\n" in said[said.index("best for A x") :]
     assert f"at {GAIN} = 400000" in said[said.index("best for B x") :]
 
 

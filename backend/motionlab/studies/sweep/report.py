@@ -47,7 +47,7 @@ def report(found: SweepDocument) -> str:
             alike = len(peaks) > 1 and len(set(peaks)) == 1
             lines.append(
                 f"best for {best.variant} {best.axis}: {best.value * 1e6:.3g} um "
-                + ("in all cases alike" if alike else f"at {where}")
+                + ("in every case" if alike else f"at {where}")
             )
     return "\n".join(lines)
 
@@ -83,7 +83,7 @@ def case_values(found: SweepDocument) -> Iterator[tuple[Any, ...]]:
 
 
 def _head(path: str, unit: str) -> str:
-    name = path.rpartition("controller.")[2]
+    name = path.removeprefix("variants.").replace(".controller.", ".", 1)
     return f"{name}, {unit}" if unit not in {"", "1"} else name
 
 
