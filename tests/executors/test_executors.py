@@ -44,7 +44,7 @@ COMMAND += [part for path, value in SET.items() for part in ("--set", f"{path}={
 
 
 def needs_dask() -> None:
-    pytest.importorskip("distributed", reason="no Dask: pip install 'motionlab[cluster]'")
+    pytest.importorskip("distributed", reason="no Dask: pip install distributed")
 
 
 @pytest.fixture(scope="module")
@@ -155,7 +155,7 @@ def test_tls_asks_for_certificates() -> None:
 
 
 def test_a_cluster_behind_a_certificate(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    config = pytest.importorskip("dask", reason="no Dask: pip install 'motionlab[cluster]'").config
+    config = pytest.importorskip("dask", reason="no Dask: pip install distributed").config
     if shutil.which("openssl") is None:
         pytest.skip("no openssl to make a certificate")
     key, certificate = str(tmp_path / "cluster.key"), str(tmp_path / "cluster.pem")
@@ -179,7 +179,7 @@ def test_a_cluster_behind_a_certificate(tmp_path: Path, monkeypatch: pytest.Monk
 
 def test_without_dask_a_line_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(ConfigError, match=r"pip install 'motionlab\[cluster\]'"):
+    with pytest.raises(ConfigError, match=r"pip install distributed"):
         opened("tcp://127.0.0.1:8786")
 
 

@@ -84,7 +84,7 @@ def test_tables(
 
 
 def test_mdf_comes_back_equal(source: Source, path: Path, tmp_path: Path) -> None:
-    asammdf = pytest.importorskip("asammdf", reason="MDF is an extra: motionlab[mdf]")
+    asammdf = pytest.importorskip("asammdf", reason="no asammdf: pip install asammdf")
     file = exported(source, Selection(COLUMNS, 200, 950), tmp_path, "mf4")
     wanted = expected(path, 200, 950)
     with asammdf.MDF(file) as back:

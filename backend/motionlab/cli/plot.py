@@ -35,7 +35,7 @@ def add(commands: Any) -> None:
         "plot",
         help="draw channels of a run over time, as PNG, SVG or PDF",
         description="Draw channels of a run over time, a panel for each unit and axis. It needs "
-        "matplotlib: pip install 'motionlab[notebook]'.",
+        "matplotlib: pip install matplotlib.",
         epilog=EXAMPLES,
     )
     parser.add_argument(
@@ -65,7 +65,7 @@ def _plot(options: argparse.Namespace) -> int:
     check_output(options.out, *_SUFFIXES, overwrite=options.overwrite)
     from motionlab.scripting.channels import optional
 
-    optional("matplotlib", "notebook")
+    optional("matplotlib")
     import numpy as np
 
     from motionlab.scripting.figure import figure_of

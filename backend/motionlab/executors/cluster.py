@@ -57,7 +57,7 @@ class Cluster(Pool):
         try:
             import distributed  # noqa: PLC0415, F401 - an extra
         except ImportError:
-            message = "needs Dask: pip install 'motionlab[cluster]'"
+            message = "needs Dask: pip install distributed"
             raise ConfigError(FieldError("scheduler", message, address)) from None
         if address.startswith("tls:"):
             _check_certificates()

@@ -3,7 +3,7 @@
 try:
     import gymnasium
 except ImportError:
-    raise ImportError("motionlab.gym needs gymnasium: pip install 'motionlab[gym]'") from None
+    raise ImportError("motionlab.gym needs gymnasium: pip install gymnasium") from None
 
 ID = "motionlab/PlanarMotor-v0"
 

@@ -391,7 +391,7 @@ def _scenario(source: Source) -> list[tuple[str, str, bytes]]:
 
 def _check_installed(format: str) -> None:
     if format == "mf4" and find_spec("asammdf") is None:
-        message = "needs asammdf, which is not installed: pip install 'motionlab[mdf]'"
+        message = "needs asammdf, which is not installed: pip install asammdf"
         others = ", ".join(name for name in _FILE_SHARE if name != "mf4")
         raise ConfigError(FieldError("format", message, format, f"one of {others}"))
 

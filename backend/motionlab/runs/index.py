@@ -438,7 +438,7 @@ def _engine(url: str) -> sa.Engine:
     except (ArgumentError, ValueError):  # which may quote it, with its password
         raise _no_address(url) from None
     except ModuleNotFoundError:
-        raise StoreError("PostgreSQL needs psycopg: pip install 'motionlab[postgres]'") from None
+        raise StoreError("PostgreSQL needs psycopg: pip install 'psycopg[binary]'") from None
 
 
 @contextlib.contextmanager

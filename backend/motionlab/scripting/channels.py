@@ -216,7 +216,7 @@ class Channels(Mapping[str, Samples]):
         MotionLabError
             If pandas is not installed.
         """
-        pandas = optional("pandas", "notebook")
+        pandas = optional("pandas")
         found = self._chosen(channels)
         frame = pandas.DataFrame(
             {one.name: np.asarray(one) for one in found},
@@ -286,7 +286,7 @@ class Channels(Mapping[str, Samples]):
         MotionLabError
             If matplotlib is not installed.
         """
-        optional("matplotlib", "notebook")
+        optional("matplotlib")
         from motionlab.scripting.figure import Curve, figure_of
 
         time = np.asarray(self.time)
@@ -332,21 +332,20 @@ def look_of(name: str) -> str:
     return "reference" if dot else "two"
 
 
-def optional(module: str, extra: str) -> Any:
+def optional(module: str) -> Any:
     """Return a module that only some need.
 
     Raises
     ------
     MotionLabError
-        If it is not installed; names the extra that has it.
+        If it is not installed.
     """
     try:
         return importlib.import_module(module)
     except ModuleNotFoundError as error:
         if error.name != module:
             raise
-        how = f"{module} is not installed: pip install 'motionlab[{extra}]'"
-        raise MotionLabError(how) from None
+        raise MotionLabError(f"{module} is not installed: pip install {module}") from None
 
 
 def in_notebook(*parts: object) -> str:

@@ -85,7 +85,7 @@ class LinearLoop:
         MotionLabError
             If python-control is not installed.
         """
-        library = optional("control", "control")
+        library = optional("control")
         plant = _system(library, self.plant, "plant", "force", "position")
         controller = _system(library, self.controller, "controller", "position", "force")
         return ControlLoop(

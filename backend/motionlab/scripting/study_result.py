@@ -74,7 +74,7 @@ class StudyResult(Generic[Document]):
         MotionLabError
             If pandas is not installed.
         """
-        return optional("pandas", "notebook").DataFrame(self.rows())
+        return optional("pandas").DataFrame(self.rows())
 
     def save(self, path: str | Path) -> Path:
         """Write the document as ``.json``, or the file that ``--out`` of the command writes.

@@ -23,7 +23,7 @@ from motionlab.drive.virtual.process import VirtualDrive
 from tests.drive.virtual.bus import NODES
 from tests.drive.virtual.captures import dissect, write_capture
 
-pysoem: Any = pytest.importorskip("pysoem", reason="no pysoem: pip install 'motionlab[pysoem]'")
+pysoem: Any = pytest.importorskip("pysoem", reason="no pysoem: pip install pysoem==1.1.13")
 
 SLOW = 5
 """The drives are slower than real time, so that a busy machine keeps their watchdog fed."""

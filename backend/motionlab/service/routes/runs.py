@@ -85,7 +85,7 @@ class Storage(BaseModel):
     scenarios: dict[str, int]
     kinds: dict[str, int]
     states: dict[str, int]
-    formats: list[str] = Field(description="Of telemetry; mf4 where motionlab[mdf] is installed")
+    formats: list[str] = Field(description="Of telemetry; mf4 where asammdf is installed")
 
 
 class RunChange(BaseModel):

@@ -13308,7 +13308,7 @@ export interface components {
             };
             /**
              * Formats
-             * @description Of telemetry; mf4 where motionlab[mdf] is installed
+             * @description Of telemetry; mf4 where asammdf is installed
              */
             formats: string[];
         };
