@@ -136,7 +136,10 @@ def operations():
         for method, operation in methods.items():
             section = _operation(document, method, path, operation)
             groups.setdefault(operation["tags"][0], []).append(section)
-    return "\n".join(f"## {tag}\n\n" + "\n".join(each) for tag, each in groups.items())
+    about = {tag["name"]: tag["description"] for tag in document["tags"]}
+    return "\n".join(
+        f"## {tag}\n\n{about[tag]}.\n\n" + "\n".join(each) for tag, each in groups.items()
+    )
 
 
 def _operation(document, method, path, operation):

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from motionlab import __version__
 from motionlab.problems import BY_STATUS, TYPES, Kind
 from motionlab.service.live.messages import CLIENT_MESSAGES, SERVER_MESSAGES, asyncapi
+from motionlab.service.prometheus import Monitor
 from motionlab.service.server_settings import PREFIX as VARIABLE
 from motionlab.service.server_settings import ServerSettings, unit_and_range
 from motionlab.service.settings import Bounds
@@ -254,6 +255,19 @@ def test_the_pages_tell_every_setting() -> None:
         section = page[page.index(f"## {title}\n") :].partition("\n## ")[0]
         told = [line for line in section.splitlines() if line.startswith("| `")]
         assert told == settings_rows(names)
+
+
+def test_the_page_tells_every_metric() -> None:
+    described = re.findall(r"^# HELP (\S+) (.*)$", Monitor().text().decode(), re.MULTILINE)
+    told = re.findall(r"^\| `(motionlab_\w+)` \| (.*) \|$", REST, re.MULTILINE)
+    assert described == told
+
+
+def test_every_tag_of_the_document_is_described(document: dict[str, Any]) -> None:
+    operations = [each for methods in document["paths"].values() for each in methods.values()]
+    used = {tag for operation in operations for tag in operation["tags"]}
+    described = {tag["name"] for tag in document["tags"] if tag["description"]}
+    assert described == used
 
 
 def test_every_environment_variable_is_a_setting() -> None:

@@ -43,7 +43,7 @@ def until(holds: Callable[[], bool]) -> None:
 
 def counted(client: httpx.Client, name: str) -> float:
     """Return a count of /metrics."""
-    match = re.search(rf"^psrm_{name} (\S+)$", client.get("/metrics").text, re.MULTILINE)
+    match = re.search(rf"^motionlab_{name} (\S+)$", client.get("/metrics").text, re.MULTILINE)
     assert match is not None, name
     return float(match[1])
 

@@ -150,7 +150,7 @@ def test_the_number_of_sessions_is_bounded(make_server: MakeServer) -> None:
         response = client.post(f"{API}/sessions", json={})
         assert response.status_code == 429
         assert "2 sessions" in response.json()["detail"]
-        assert "psrm_sessions 2.0" in client.get("/metrics").text
+        assert "motionlab_sessions 2.0" in client.get("/metrics").text
         first.delete()
         third = Live.create(client)
         assert [s["id"] for s in client.get(f"{API}/sessions").json()] == [second.id, third.id]

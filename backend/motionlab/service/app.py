@@ -115,6 +115,28 @@ _DESCRIPTION = """\
 Runs a simulated planar switched reluctance motor under several controllers on the same noise. All
 numbers are SI. Errors are RFC 9457 problem documents."""
 
+_TAGS = {
+    "server": "Health, log-in and settings of the server",
+    "scenarios": "Scenarios and parts that ship, their schema, and every field",
+    "simulate": "Runs of a scenario, what-ifs, linearised loops and explanations of a peak",
+    "jobs": "Long calls: their state, progress and result",
+    "expressions": "Math channels",
+    "trajectories": "Motions: saved, sampled, checked, imported and exported",
+    "sessions": "Live sessions, which play at real speed or another",
+    "design": "Sizing of a motor, force sharing and the platform",
+    "maps": "Force maps by finite elements",
+    "tune": "Gains by the simplex",
+    "sweep": "A scenario over values of any fields",
+    "montecarlo": "A scenario on many plausible motors",
+    "identify": "Friction by an experiment, or from a run",
+    "paper": "Every number that the paper prints, recomputed",
+    "runs": "Kept runs and measurements: lists, files, comparisons, spectra, reports",
+    "gain sets": "Named values of controllers",
+    "layouts": "Named arrangements of the page",
+    "motors": "Motors of one's own",
+    "drive": "Six current drives on EtherCAT, and their commissioning",
+}
+
 
 def asyncapi() -> dict[str, Any]:
     """Return the description of the websocket."""
@@ -231,6 +253,9 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         title="PSRM Motion Lab",
         description=_DESCRIPTION,
         version=__version__,
+        license_info={"name": "MIT", "identifier": "MIT"},
+        servers=[{"url": "/", "description": "The server that answers with this document"}],
+        openapi_tags=[{"name": name, "description": text} for name, text in _TAGS.items()],
         lifespan=_lifespan,
         separate_input_output_schemas=False,  # one name a model in generated clients
         openapi_url=None,  # `openapi.install` has its own
