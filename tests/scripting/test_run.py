@@ -214,6 +214,13 @@ def test_input_is_refused_as_everywhere(tmp_path: Path) -> None:
     assert motionlab.run(str(own)).scenario == motionlab.run(own).scenario
 
 
+def test_a_part_of_a_file_is_named_by_its_path(tmp_path: Path) -> None:
+    stage = tmp_path / "stage.toml"
+    stage.write_text('base = "nominal"\nx.mass = 6.5\n')
+    run = motionlab.run("circle", {"plant": stage, "trajectory.laps": 1})
+    assert run.scenario.plant.x.mass == 6.5
+
+
 def test_what_is_not_installed_is_named() -> None:
     with pytest.raises(motionlab.MotionLabError, match="pip install no_such_library"):
         channels.optional("no_such_library")
@@ -244,8 +251,8 @@ NESTED["base"] = NESTED
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: motionlab.run(None), "scenario: is a NoneType; allowed a name"),  # pyright: ignore
-        (lambda: motionlab.run(3), "scenario: is a int"),  # pyright: ignore
+        (lambda: motionlab.run(None), "scenario: must be a name, a .toml file"),  # pyright: ignore
+        (lambda: motionlab.run(3), r"scenario: must be a name, .*; got 3$"),  # pyright: ignore
         (lambda: motionlab.run("a\0.toml"), "scenario: holds a zero byte"),
         (lambda: motionlab.run(name="a"), "name: needs keep=True"),
         (lambda: motionlab.run(keep=True, name="a\nb"), "name: has a control character"),
@@ -255,8 +262,17 @@ NESTED["base"] = NESTED
         (lambda: motionlab.sweep("circle", None), "grid: is no mapping"),  # pyright: ignore
         (lambda: motionlab.sweep("circle", {"seed": 3}), r"grid\.seed: is no list"),  # pyright: ignore
         (lambda: motionlab.sweep("circle", {"seed": itertools.count()}), "10000"),  # pyright: ignore
-        (lambda: motionlab.trajectory(None), "motion: is a NoneType"),  # pyright: ignore
+        (lambda: motionlab.trajectory(None), "motion: must be a name, a file"),  # pyright: ignore
         (lambda: motionlab.linearise(velocity=float("nan")), r"velocity: .*got nan; .* m/s"),
+        (lambda: motionlab.trajectory([[0, 0]]), r"motion: must be a name, .*; got \[\[0, 0\]\]"),  # pyright: ignore
+        (lambda: motionlab.linearise(velocity="slow"), "velocity: must be a number"),  # pyright: ignore
+        (lambda: motionlab.linearise(velocity=11.0), r"velocity: is out .*; .*<= 10 m/s"),
+        (lambda: motionlab.kept(3), "run: must be text; got 3"),  # pyright: ignore
+        (lambda: motionlab.kept_runs(3), "search: must be text; got 3"),  # pyright: ignore
+        (lambda: motionlab.kept_runs(limit=-1), r"limit: is out .*>= 1 and <= 200"),
+        (lambda: motionlab.kept_runs(limit=1.5), r"limit: must be a whole number; got 1\.5"),  # pyright: ignore
+        (lambda: motionlab.sweep("circle", {"seed": [1]}, scheduler=3), "scheduler: must"),  # pyright: ignore
+        (lambda: motionlab.Client(token=3), "token: cannot be sent"),  # pyright: ignore
         (lambda: motionlab.Client(8000), "url: is no address"),  # pyright: ignore
         (lambda: motionlab.Client("http://[::1"), "url: is no address"),
         (

@@ -233,7 +233,7 @@ def opened(scheduler: str) -> Executor:
         from motionlab.executors.cluster import Cluster
 
         return Cluster(scheduler)
-    raise ConfigError(FieldError("scheduler", "is none", scheduler, _FORMS))
+    raise ConfigError(FieldError("scheduler", "is no scheduler", scheduler, _FORMS))
 
 
 def without_lock(workers: int | None = None) -> AbstractContextManager[Executor]:

@@ -154,10 +154,10 @@ class Channels(Mapping[str, Samples]):
         ConfigError
             If an expression cannot be computed.
         """
+        if not isinstance(key, str):
+            raise KeyError(f"channels are named one by one, by text, not {key!r}")
         if key in self.described:
             return Samples(self.record.values([key])[0], key, self.described[key].unit)
-        if not isinstance(key, str):
-            raise KeyError(key)
         if not is_math(key) and not _OPERATORS.search(key):
             raise KeyError(f"no channel {key!r}{did_you_mean(key, list(self.described))}")
         units = {name: channel.unit for name, channel in self.described.items()}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import itertools
+import operator
 import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -356,7 +357,7 @@ def readable(scenario: Source) -> str | Path | dict[str, Any]:
         case str() | Path():
             return path_of(scenario, "scenario")
     kinds = "a name, a .toml file, tables or a Scenario"
-    raise ConfigError(FieldError("scenario", f"is a {type(scenario).__name__}", range=kinds))
+    raise ConfigError(FieldError("scenario", f"must be {kinds}", scenario))
 
 
 def path_of(text: str | Path, loc: str) -> str | Path:
@@ -410,7 +411,47 @@ def plain(value: Any) -> Any:
         return value.tolist()
     if isinstance(value, list | tuple | range):
         return [plain(item) for item in value]
-    return value
+    return str(value) if isinstance(value, Path) else value
+
+
+_HOLDS = {
+    "minimum": operator.ge,
+    "exclusive_minimum": operator.gt,
+    "maximum": operator.le,
+    "exclusive_maximum": operator.lt,
+}
+
+
+def check_number(
+    loc: str, value: object, *, unit: str = "", whole: bool = False, **bounds: float
+) -> None:
+    """Check a number that no request does.
+
+    Raises
+    ------
+    ConfigError
+        If it is none, or beyond its bounds.
+    """
+    kinds = (int, np.integer) if whole else (int, float, np.integer, np.floating)
+    if not isinstance(value, kinds) or isinstance(value, bool):
+        message = "must be a whole number" if whole else "must be a number"
+    elif not all(_HOLDS[name](value, bound) for name, bound in bounds.items()):
+        message = "is out of range"
+    else:
+        return
+    raise ConfigError(FieldError(loc, message, value, unit=unit, bounds=bounds))
+
+
+def check_words(loc: str, value: object) -> None:
+    """Check text that no request does.
+
+    Raises
+    ------
+    ConfigError
+        If it is something else.
+    """
+    if not isinstance(value, str):
+        raise ConfigError(FieldError(loc, "must be text", value))
 
 
 @contextlib.contextmanager

@@ -75,11 +75,9 @@ class LabServer:
         self.address = address.rstrip("/")
         self._timeout = timeout
         token = token or _token()
-        if token is not None and not _VISIBLE.fullmatch(token):
-            allowed = "ASCII without blanks and line ends"
-            raise ConfigError(
-                FieldError("token", "has a character that no header can carry", range=allowed)
-            )
+        if token is not None and not (isinstance(token, str) and _VISIBLE.fullmatch(token)):
+            allowed = "text in ASCII without blanks and line ends"
+            raise ConfigError(FieldError("token", "cannot be sent in a header", range=allowed))
         self.headers = {"Authorization": f"Bearer {token}"} if token else {}
 
     def call(
@@ -120,7 +118,10 @@ class LabServer:
         ConfigError
             If it refuses a field.
         """
-        data = None if body is None else json.dumps(body).encode()
+        try:
+            data = None if body is None else json.dumps(body).encode()
+        except (TypeError, ValueError, RecursionError) as error:
+            raise ConfigError(FieldError("body", f"cannot be sent as JSON: {error}")) from None
         kind = {} if data is None else {"Content-Type": "application/json"}
         request = urllib.request.Request(
             f"{self.address}/api/v1{path}",

@@ -14,7 +14,7 @@ from motionlab.loop.linearise import linearise as linearised
 from motionlab.loop.margins import Margins, margins
 from motionlab.progress import first_use
 from motionlab.scripting.channels import optional
-from motionlab.scripting.lab import Changes, Source, changes_of, readable
+from motionlab.scripting.lab import Changes, Source, changes_of, check_number, readable
 
 if TYPE_CHECKING:
     import control
@@ -135,11 +135,8 @@ def linearise(
     name = list(found.variants)[-1] if variant is None else variant
     _refuse_others("variant", name, list(found.variants))
     _refuse_others("axis", axis, ["x", "y"])
-    if velocity is not None and not 0.0 <= velocity <= _FASTEST:
-        bounds = {"minimum": 0.0, "maximum": _FASTEST}
-        raise ConfigError(
-            FieldError("velocity", "is out of range", velocity, unit="m/s", bounds=bounds)
-        )
+    if velocity is not None:
+        check_number("velocity", velocity, unit="m/s", minimum=0.0, maximum=_FASTEST)
     v_s = getattr(found.plant, axis).friction.v_s
     v = SLIDING * v_s if velocity is None else velocity
     loop, rest = linearised(found, name, axis, v=v), linearised(found, name, axis, v=0.0)

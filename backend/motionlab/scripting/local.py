@@ -12,6 +12,8 @@ from motionlab.scripting.lab import (
     Lab,
     Source,
     changes_of,
+    check_number,
+    check_words,
     present,
     readable,
     shown_share,
@@ -44,6 +46,7 @@ class Local(Lab):
         from motionlab.runs.library import library
         from motionlab.scripting.kept import KeptRun
 
+        check_words("run", run)
         ours = library()
         detail = ours.complete(ours.named(run, "run"))
         return KeptRun(detail.model_dump(mode="json"), lambda: ours.files.open(detail.id))
@@ -56,11 +59,13 @@ class Local(Lab):
         search : str
             Such as ``circle tag:good B.x.max<1um``; all runs when left out.
         limit : int
-            At most so many.
+            At most so many, up to 200.
         """
         from motionlab.runs.library import library
-        from motionlab.runs.search import parse
+        from motionlab.runs.search import LIMIT_MAX, parse
 
+        check_words("search", search)
+        check_number("limit", limit, whole=True, minimum=1, maximum=LIMIT_MAX)
         ours = library()
         ours.recover()  # what a server that was killed has left
         page = ours.index.page(parse(search), limit=limit)
@@ -91,6 +96,8 @@ class Local(Lab):
         scheduler: str | None,
         **request: Any,
     ) -> Any:
+        if scheduler is not None:
+            check_words("scheduler", scheduler)
         study = BY_KIND[kind]
         source = None if scenario is None else readable(scenario)
         if scenario is not None:

@@ -136,7 +136,7 @@ def _table(motion: str | Path | Mapping[str, Any] | NDArray[Any]) -> dict[str, A
         return table_of(motion, "motion")
     if not isinstance(motion, str | Path):
         kinds = "a name, a file, a table or an array"
-        raise ConfigError(FieldError("motion", f"is a {type(motion).__name__}", range=kinds))
+        raise ConfigError(FieldError("motion", f"must be {kinds}", motion))
     path = Path(motion)
     if path.suffix in SUFFIXES:
         return table_of_file(path, "m", "motion")

@@ -19,7 +19,7 @@ from motionlab.config.timing import to_ticks
 from motionlab.errors import ConfigError, FieldError
 from motionlab.runs.files import column_descriptions
 from motionlab.scripting.channels import Channels, Kept, Record
-from motionlab.scripting.lab import plain
+from motionlab.scripting.lab import check_number, plain
 from motionlab.scripting.lab_server import LabServer, ServerRefused
 from motionlab.telemetry.channels import Channel
 from motionlab.telemetry.frames import decode
@@ -193,9 +193,9 @@ class Session:
         ServerRefused
             As `stream`, and if the session ends before.
         """
-        if not 0.0 < seconds < _LONGEST:
-            bounds = {"exclusive_minimum": 0.0, "exclusive_maximum": _LONGEST}
-            raise ConfigError(FieldError("seconds", "is out of range", seconds, "", "s", bounds))
+        check_number(
+            "seconds", seconds, unit="s", exclusive_minimum=0.0, exclusive_maximum=_LONGEST
+        )
         info = self.info
         if speed is not None:
             self.play(speed)
