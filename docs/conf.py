@@ -12,9 +12,9 @@ from motionlab import __version__
 
 project = "PSRM Motion Lab"
 release = __version__
-copyright = "PSRM Motion Lab contributors, MIT licence"
+copyright = f"PSRM Motion Lab contributors, MIT licence; version {release}"
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
-exclude_patterns = ["**.ipynb"]
+source_suffix = {".md": "markdown", ".ipynb": "markdown"}  # which `reference.generate` makes
 
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4
@@ -37,5 +37,6 @@ pygments_dark_style = "github-dark"
 def setup(app):
     """Generate the reference as pages are read; slim the site when it is written."""
     app.connect("source-read", reference.generate)
+    app.connect("autodoc-process-docstring", reference.link_pages)
     app.connect("build-finished", offline.slim)
     app.add_html_math_renderer("mathml", (offline.inline_math, None), (offline.block_math, None))

@@ -4,6 +4,7 @@ On a forge a page shows what stands there: where to find it.
 """
 
 import argparse
+import base64
 import json
 import os
 import re
@@ -18,13 +19,43 @@ from motionlab.service.app import create_app
 from motionlab.telemetry.channels import CHANNELS, REFERENCES
 
 _MARK = re.compile(r"<!-- generated: ([a-z]+) -->.*?<!-- end -->", re.DOTALL)
+_PAGE = re.compile(r"\bdocs/([\w-]+)\.md")
 _README = Path(__file__).parent.parent / "README.md"
 
 
 def generate(app, name, source):
     """Replace the marks of a page; pages beside docs/, such as the README, are linked as files."""
+    if app.env.doc2path(name).suffix == ".ipynb":
+        source[0] = _notebook(Path(app.outdir), name, json.loads(source[0]))
+        return
     text = re.sub(r"\]\((\.\./\w+\.md)(#[^)]*)?\)", r"](path:\1)", source[0])
     source[0] = _MARK.sub(lambda found: _GENERATED[found[1]](), text)
+
+
+def _notebook(site, name, notebook):
+    """Return a notebook as Markdown: text, code, and what it printed and drew."""
+    stem = name.rpartition("/")[2]
+    (site / "_images").mkdir(parents=True, exist_ok=True)
+    parts = []
+    for number, cell in enumerate(notebook["cells"]):
+        text = "".join(cell["source"])
+        parts.append(text if cell["cell_type"] == "markdown" else f"```python\n{text}\n```")
+        for output in cell.get("outputs", []):
+            data = output.get("data", {})
+            if "image/png" in data:
+                file = f"{stem}-{number}.png"
+                (site / "_images" / file).write_bytes(base64.b64decode(data["image/png"]))
+                parts.append(f'<img src="../_images/{file}" alt="What the cell above draws">')
+            else:
+                printed = "".join(output.get("text") or data["text/plain"]).rstrip()
+                parts.append(f"```text\n{printed}\n```")
+    parts.append(f"To run it: {{download}}`{stem}.ipynb`.")
+    return "\n\n".join(parts)
+
+
+def link_pages(_app, _what, _name, _documented, _options, lines):
+    """Make pages that a docstring names links."""
+    lines[:] = [_PAGE.sub(r":doc:`\1`", line) for line in lines]
 
 
 def contents():
@@ -32,7 +63,7 @@ def contents():
     section = _README.read_text().partition("\n## Documentation\n")[2].partition("\n## ")[0]
     trees = []
     for title, table in re.findall(r"^\*\*(.+?)\*\*\n(.*?)(?=^\*\*|\Z)", section, re.M | re.S):
-        pages = dict.fromkeys(re.findall(r"\]\(docs/([\w-]+)\.md\)", table))
+        pages = dict.fromkeys(re.findall(r"\]\(docs/([\w/-]+)\.(?:md|ipynb)\)", table))
         pages.pop("index", None)
         entries = "\n".join(pages)
         trees.append(f"```{{toctree}}\n:caption: {title}\n:hidden:\n:titlesonly:\n\n{entries}\n```")
@@ -144,7 +175,8 @@ def operations():
 
 def _operation(document, method, path, operation):
     parts = [f"### {method.upper()} {path}\n", f"`{operation['operationId']}`. "]
-    parts[1] += re.sub(r"``(.+?)``", r"`\1`", operation.get("description") or operation["summary"])
+    about = re.sub(r"``(.+?)``", r"`\1`", operation.get("description") or operation["summary"])
+    parts[1] += _PAGE.sub(r"[\1](\1.md)", about)
     if parameters := operation.get("parameters"):
         head = ("parameter", "in", "type", "default", "meaning")
         rows = ((f"`{p['name']}`", p["in"], *_typed(document, p["schema"])) for p in parameters)
