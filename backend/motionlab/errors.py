@@ -76,7 +76,7 @@ def shown(value: object, length_max: int = LENGTH_MAX) -> object:
     try:
         text = value if isinstance(value, str) else _REPR.repr(value)
     except ValueError:  # somewhere inside is a whole number of thousands of digits
-        text = f"a {type(value).__name__}"
+        text = f"<{type(value).__name__}>"
     kind = str if type(value) is str else Written
     return kind(text if len(text) <= length_max else text[: length_max - 3] + "...")
 

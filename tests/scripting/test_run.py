@@ -272,7 +272,7 @@ NESTED["base"] = NESTED
         (lambda: motionlab.kept_runs(limit=-1), r"limit: is out .*>= 1 and <= 200"),
         (lambda: motionlab.kept_runs(limit=1.5), r"limit: must be a whole number; got 1\.5"),  # pyright: ignore
         (lambda: motionlab.sweep("circle", {"seed": [1]}, scheduler=3), "scheduler: must"),  # pyright: ignore
-        (lambda: motionlab.Client(token=3), "token: cannot be sent"),  # pyright: ignore
+        (lambda: motionlab.Client(token=3), "^token: must be text$"),  # pyright: ignore
         (lambda: motionlab.Client(8000), "url: is no address"),  # pyright: ignore
         (lambda: motionlab.Client("http://[::1"), "url: is no address"),
         (

@@ -75,9 +75,11 @@ class LabServer:
         self.address = address.rstrip("/")
         self._timeout = timeout
         token = token or _token()
-        if token is not None and not (isinstance(token, str) and _VISIBLE.fullmatch(token)):
-            allowed = "text in ASCII without blanks and line ends"
-            raise ConfigError(FieldError("token", "cannot be sent in a header", range=allowed))
+        if token is not None and not isinstance(token, str):
+            raise ConfigError(FieldError("token", "must be text"))  # its value is not told
+        if token is not None and not _VISIBLE.fullmatch(token):
+            allowed = "ASCII without blanks and line ends"
+            raise ConfigError(FieldError("token", "has a character that no header can carry", range=allowed))
         self.headers = {"Authorization": f"Bearer {token}"} if token else {}
 
     def call(
