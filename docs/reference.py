@@ -243,7 +243,9 @@ def python():
     """Return autodoc's directives: the public names of the package, then what they return."""
     found = []
     for name in motionlab.__all__:
-        kind = "class" if isinstance(getattr(motionlab, name), type) else "function"
+        public = getattr(motionlab, name)
+        kind = "class" if isinstance(public, type) else "function"
+        kind = "exception" if kind == "class" and issubclass(public, Exception) else kind
         found.append(f"## {name}\n\n{_documented(kind, f'motionlab.{name}')}")
     for path in _RETURNED:
         name = path.rpartition(".")[2]
@@ -255,11 +257,7 @@ _RETURNED = ("channels.Samples",)
 
 
 def _documented(kind, path):
-    members = (
-        "\n   :members:\n   :inherited-members: Exception, ndarray, Mapping"
-        if kind == "class"
-        else ""
-    )
+    members = "\n   :members:\n   :inherited-members: ndarray, Mapping" if kind == "class" else ""
     return f"```{{eval-rst}}\n.. auto{kind}:: {path}{members}\n```\n"
 
 

@@ -208,7 +208,10 @@ def _compare(browser: Browser, server: Server) -> None:
     how = {"tolerance": rule | {"absolute": 0.0}, "channels": {"*.following_error": rule}}
     query = urlencode({"run": f"{kept[2]},{kept[1]}", "compare": json.dumps(how)})
     page.goto(f"{server.url}/?screen=runs&{query}")
-    expect(region(page, "Compare")).to_contain_text("channels hold", timeout=LONG)
+    compared = region(page, "Compare")
+    expect(compared).to_contain_text("channels hold", timeout=LONG)
+    for unfinished in ("comparing", "reading"):
+        expect(compared).not_to_contain_text(unfinished, timeout=LONG)
     page.wait_for_timeout(2500)
     page.screenshot(path=DOCS / "runs-compare.png")
     page.close()
