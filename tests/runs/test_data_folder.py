@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import stat
 import threading
 import time
@@ -14,6 +15,7 @@ import pytest
 import sqlalchemy as sa
 
 from motionlab.cli import main
+from motionlab.errors import StoreError
 from motionlab.runs.index import VERSION, Index, index_url
 from motionlab.runs.library import Library
 from motionlab.service.http.download import temporary_folder
@@ -164,6 +166,26 @@ def downgraded(root: Path, version: str) -> None:
         config.attributes["connection"] = connection
         command.downgrade(config, version)
     engine.dispose()
+
+
+def test_an_index_that_is_removed_or_replaced_takes_no_run(tmp_path: Path) -> None:
+    folder, away = tmp_path / "data", tmp_path / "away"
+    folder.mkdir()
+    index = Index(f"sqlite:///{folder / 'runs.sqlite'}")
+    index.put(run := sample())
+    folder.rename(away)
+    for use in (lambda: index.put(sample()), lambda: index.change(run.id, {"note": "lost"})):
+        with pytest.raises(StoreError, match="has been removed: put its folder back"):
+            use()
+    folder.mkdir()
+    other = Index(f"sqlite:///{folder / 'runs.sqlite'}")
+    with pytest.raises(StoreError, match="has been replaced by another file"):
+        index.totals()
+    other.close()
+    shutil.rmtree(folder)
+    away.rename(folder)
+    assert index.change(run.id, {"note": "back"}) is not None
+    index.close()
 
 
 def test_the_index_is_copied_before_it_is_migrated(tmp_path: Path) -> None:

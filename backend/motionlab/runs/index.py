@@ -17,7 +17,7 @@ from sqlalchemy.exc import ArgumentError, DBAPIError
 
 from motionlab.config.bounds import check_text
 from motionlab.errors import ConfigError, FieldError, StoreError, StoreFull
-from motionlab.runs.index_file import back_up, make_private, sqlite_file
+from motionlab.runs.index_file import back_up, check_same, identity, make_private, sqlite_file
 from motionlab.runs.postgresql import Deadline, connect_arguments
 from motionlab.runs.query import find
 from motionlab.runs.run import CHANGEABLE, Evicted, Page, Run, RunDetail
@@ -56,6 +56,7 @@ class Index:
         self._alone = self._engine.execution_options(begin="IMMEDIATE")  # of SQLite's writers
         self._sqlite = self._engine.dialect.name == "sqlite"
         self._deadline = None if self._sqlite else Deadline(self._engine)
+        self._opened: tuple[int, int] | None = None  # which file, once it is open
         if self._sqlite:
             event.listen(self._engine, "connect", _set_up_sqlite)
             event.listen(self._engine, "begin", _begin_sqlite)
@@ -64,6 +65,7 @@ class Index:
                 make_private(self._file)
             with _failures():
                 self._migrate()
+            self._opened = identity(self._file)
         except StoreError:
             self.close()
             raise
@@ -87,6 +89,7 @@ class Index:
     @contextlib.contextmanager
     def _reached(self) -> Iterator[None]:
         """Fail in words, and in time."""
+        check_same(self._file, self._opened)
         with _failures(), contextlib.ExitStack() as bounded:
             if self._deadline is not None:
                 bounded.enter_context(self._deadline.running())
@@ -98,13 +101,7 @@ class Index:
             self._put(connection, *runs)
 
     def finish(self, run: RunDetail) -> RunDetail:
-        """Put a run that has ended; what a person has changed of it, until now, stays.
-
-        Returns
-        -------
-        RunDetail
-            The run as it is now.
-        """
+        """Put a run that has ended, and return it with what a person has changed of it by now."""
         with self._reached(), self._alone.begin() as connection:
             known = _read(connection, run.id, lock=not self._sqlite)
             if known is not None:

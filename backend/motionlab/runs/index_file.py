@@ -27,6 +27,32 @@ def make_private(file: Path) -> None:
         private_file(file)
 
 
+def identity(file: Path | None) -> tuple[int, int] | None:
+    """Return device and number of a file, None where there is none."""
+    try:
+        found = None if file is None else file.stat()
+    except OSError:
+        return None
+    return None if found is None else (found.st_dev, found.st_ino)
+
+
+def check_same(file: Path | None, opened: tuple[int, int] | None) -> None:
+    """Refuse to use an index whose file has gone: SQLite would go on with what nobody else sees.
+
+    Raises
+    ------
+    StoreError
+        If the file is not the one that was opened.
+    """
+    if opened is None:
+        return
+    now = identity(file)
+    if now is None:
+        raise StoreError("the index of runs has been removed: put its folder back")
+    if now != opened:
+        raise StoreError("the index of runs has been replaced by another file: start again")
+
+
 def back_up(file: Path, version: str, target_version: str) -> None:
     """Copy an index beside it before it is migrated; the latest `_BACKUPS` copies are kept.
 
