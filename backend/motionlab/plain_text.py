@@ -12,8 +12,10 @@ _HIDDEN = (
 _CONTROL = re.compile(f"[{_HIDDEN}]|\r(?!\n)")
 _STYLE = re.compile("(\x1b\\[[0-9]{1,2}(?:;1)?m)")
 
-NAME_PATTERN = r"^[^\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]+$"
-"""What a name that others see may consist of."""
+_LETTER = r"\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069"
+_UNSEEN = r"\s\u00ad\u200b-\u200d\u2060\ufeff"
+NAME_PATTERN = rf"^[^{_LETTER}]*[^{_LETTER}{_UNSEEN}][^{_LETTER}]*$"
+"""What a name that others see may consist of: letters, at least one that is seen."""
 
 
 def without_controls(text: str) -> str:

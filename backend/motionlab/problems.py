@@ -10,6 +10,7 @@ from motionlab.errors import (
     SHOWN_MAX,
     Busy,
     ConfigError,
+    ExperimentFailed,
     FieldError,
     Infeasible,
     MotionLabError,
@@ -42,6 +43,7 @@ Kind = Literal[
     "unsupported-media-type",
     "invalid-field",
     "infeasible-trajectory",
+    "experiment-failed",
     "limit-reached",
     "internal-error",
     "unavailable",
@@ -105,6 +107,9 @@ TYPES: dict[Kind, ProblemType] = {
     "infeasible-trajectory": ProblemType(
         422, "Infeasible trajectory", "a motion that the motor cannot follow; `errors` says where"
     ),
+    "experiment-failed": ProblemType(
+        422, "Experiment failed", "its data do not tell what was asked for; `detail` says why"
+    ),
     "limit-reached": ProblemType(
         429,
         "Limit reached",
@@ -141,6 +146,7 @@ BY_STATUS: dict[int, Kind] = {
 _KINDS: dict[type[MotionLabError], Kind] = {
     ConfigError: "invalid-field",
     Infeasible: "infeasible-trajectory",
+    ExperimentFailed: "experiment-failed",
     StoreFull: "no-room",
     Unknown: "not-found",
     Busy: "busy",

@@ -143,6 +143,13 @@ def test_one_holds_the_lease(drive: httpx.Client) -> None:
     assert drive.get(DRIVE).json()["asking"] is None
 
 
+@pytest.mark.parametrize("holder", ["", "  ", "\u00a0", "\u200b", "a\u202eb", "\x1b[2J", "x" * 41])
+def test_a_holder_has_a_name_that_is_seen(drive: httpx.Client, holder: str) -> None:
+    answer = drive.post(f"{DRIVE}/lease", json={"holder": holder})
+    assert answer.status_code == 422
+    assert answer.json()["errors"][0]["loc"] == "holder"
+
+
 def test_the_lease_ends_without_a_heartbeat(drive: httpx.Client) -> None:
     held = take(drive)
     for _ in range(6):

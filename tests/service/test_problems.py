@@ -37,7 +37,7 @@ FAILURES: list[tuple[Exception, str]] = [
     (errors.NotReplayable("no scenario"), "not-replayable"),
     (errors.Shipped("ships"), "shipped"),
     (errors.StoreError("the index cannot be reached"), "unavailable"),
-    (errors.ExperimentFailed("no data"), "internal-error"),
+    (errors.ExperimentFailed("no data"), "experiment-failed"),
     *((HTTPException(status, "why"), kind) for status, kind in BY_STATUS.items()),
 ]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from pathlib import Path
 from typing import Any
 
 import httpx
@@ -11,7 +12,9 @@ import pytest
 from motionlab.config.shipped import data_root
 from motionlab.runs.library import spools
 from motionlab.runs.spool import Spool
-from tests.service.conftest import MakeLive
+from motionlab.service.live import run_recorder
+from motionlab.service.settings import Settings
+from tests.service.conftest import MakeLive, MakeServer
 from tests.service.live import API, Live, until
 
 
@@ -24,6 +27,29 @@ def recorded(live: Live) -> str:
     run: str = live.info()["run"]
     until((spools(data_root()) / run).is_dir)
     return run
+
+
+def test_a_folder_that_has_gone_is_said_once(
+    make_server: MakeServer,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    looked: list[Path] = []
+
+    def has_spools(root: Path) -> bool:
+        looked.append(root)
+        return original(root)
+
+    original = run_recorder._has_spools
+    monkeypatch.setenv("MOTIONLAB_DATA", str(tmp_path / "gone"))
+    monkeypatch.setattr(run_recorder, "_TIDY_PERIOD", 0.01)
+    monkeypatch.setattr(run_recorder, "_has_spools", has_spools)
+    with caplog.at_level(logging.WARNING):
+        make_server(Settings())
+        until(lambda: len(looked) > 3)
+    said = "runs: the folder of data cannot be used: No such file or directory"
+    assert [record.message for record in caplog.records if "runs: " in record.message] == [said]
 
 
 @pytest.mark.parametrize("error", [ValueError("odd"), RuntimeError("odd"), MemoryError()])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import json
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -19,7 +20,12 @@ from motionlab.runs.library import library
 from motionlab.runs.run import new_id
 from motionlab.simulation.prepare import prepare
 from motionlab.studies.identify.dispatch import identified, plan_of, planned
-from motionlab.studies.identify.document import AxisIdentification, Parameter, Point
+from motionlab.studies.identify.document import (
+    AxisIdentification,
+    IdentificationDocument,
+    Parameter,
+    Point,
+)
 from motionlab.studies.identify.record_fit import RecordFit
 from motionlab.studies.identify.record_identify import contradiction, to_apply
 from motionlab.studies.identify.report import report
@@ -154,6 +160,39 @@ def test_a_hundred_hertz_tell_sliding_and_no_bristle(tmp_path: Path) -> None:
     assert any("rate" in w for w in axis.warnings), axis.warnings
     assert set(parameters(axis)) == SLIDING | {"M"}
     assert lost(axis) == {}
+
+
+def told(tmp_path: Path, force: Array, name: str = "Kraft [N]") -> IdentificationDocument:
+    """Return what is identified from the position of the rig and another force."""
+    columns = {key: values for key, values in channels().items() if key[0] in "tx"}
+    run = imported(tmp_path, columns | {name: force})
+    document = identified(planned(read_request({"run": run, "axis": "x"})))
+    json.dumps(document.model_dump(mode="json"), allow_nan=False)
+    return document
+
+
+@pytest.mark.parametrize("late", [10, -40, 100])
+def test_clocks_that_are_apart_are_said_to_be_and_tell_no_bristle(
+    tmp_path: Path, late: int
+) -> None:
+    axis = told(tmp_path, np.roll(channels()["force_command_x [N]"], late)).axes["x"]
+    assert axis.presliding is None
+    assert any("further apart than the 2 ms" in w for w in axis.warnings), axis.warnings
+
+
+def test_a_force_that_is_clipped_is_said_to_be(tmp_path: Path) -> None:
+    document = told(tmp_path, np.clip(channels()["force_command_x [N]"], -2.0, 2.0))
+    warnings = document.axes["x"].warnings
+    assert any("M.x.thrust is at its largest value, 2 N, in " in w for w in warnings), warnings
+
+
+def test_a_force_beyond_what_the_motor_gives_is_not_taken_for_its_command(tmp_path: Path) -> None:
+    force = 1000.0 * channels()["force_command_x [N]"]  # mN
+    document = told(tmp_path, force)
+    assert document.axes["x"].sliding.parameters["F_s"].value > 1000.0
+    assert document.set == {}
+    warnings = told(tmp_path, force, "force_command_x [N]").axes["x"].warnings
+    assert any("is its unit right?" in w for w in warnings), warnings
 
 
 def test_what_a_record_does_not_determine_is_not_applied(tmp_path: Path) -> None:

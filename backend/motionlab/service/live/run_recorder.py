@@ -294,9 +294,16 @@ class RunRecorder:
 
         What the index could not take while it was out of reach follows once it answers.
         """
+        unusable = ""
         while True:
             try:
                 await self._tidy_once()
+                unusable = ""
+            except OSError as error:  # the folder of data has gone, or cannot be read
+                if unusable != (reason := error.strerror or str(error)):
+                    _LOG.warning("runs: the folder of data cannot be used: %s", reason)
+                unusable = reason
+                await asyncio.sleep(_TIDY_PERIOD)
             except Exception:
                 _LOG.exception("runs: tidying failed")
                 await asyncio.sleep(_TIDY_PERIOD)

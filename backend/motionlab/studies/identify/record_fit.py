@@ -71,8 +71,18 @@ _HIDDEN = 0.5
 _UNTOLD = 0.5
 """Half of an interval, as a share of the value, beyond which nothing was learnt."""
 
+_AT_ALL = 10.0
+"""The same, beyond which its figure says nothing."""
+
 _BELIEVED = 0.5
 """Share by which sigma_0 of the old model may be off where the record does not tell it."""
+
+_SINGULAR = 1e16
+"""Largest condition number that is told."""
+
+_NO_LAG = "they would depend on a lag between position and force that is not found"
+_PULL = 3.0
+"""Standard deviations by which residuals ask for more lag than there may be."""
 
 _ONE_WAY = 0.01
 """Least share of the windows that a direction needs."""
@@ -251,7 +261,7 @@ def fit_record(
             share = hidden * presliding["sigma_0"] / regression.values["F_s"]
             presliding = _doubted(presliding, share * presliding.values)
             unsure = float(presliding.half_width[0])
-            why = _untold(presliding)
+            why = _NO_LAG if _lag_is_beyond(told) else _untold(presliding)
         regression.values |= outside
         solved = regression.solve(names, sliding)
     if why is not None:
@@ -266,6 +276,11 @@ def fit_record(
         at = _places(solved, part)
         estimates.append(_doubted(_fitted(solved, part), unsure * moves[at, 0]))
     slides = estimates[0] if both else _without_offset(estimates[0])
+    if why == _NO_LAG:
+        warnings.append(
+            f"position and force are further apart than the {motion.lag_max * 1e3:.3g} ms that a "
+            "lag is sought in: shift one of them, or let the same filter pass both"
+        )
     told_of = about_speeds(slides, np.abs(velocity))
     return RecordFit(
         sliding=replace(slides, warnings=told_of + slides.warnings),
@@ -273,7 +288,7 @@ def fit_record(
         further=estimates[1],
         values=dict(regression.values),
         residuals=-solved.residuals,
-        condition=float(np.linalg.cond(solved.jacobian / _lengths(solved.jacobian))),
+        condition=_condition(solved.jacobian),
         warnings=warnings,
     )
 
@@ -337,6 +352,8 @@ def _untold(presliding: Fitted) -> str | None:
         presliding.names, presliding.values, presliding.half_width, strict=True
     ):
         if not half <= _UNTOLD * abs(value):
+            if not half < _AT_ALL * abs(value):
+                return f"{name} would not be known at all"
             return f"{name} would only be known to +-{100 * half / max(value, 1e-9):.0f} %"
     return None
 
@@ -347,6 +364,21 @@ def _one_way(velocity: Array) -> str:
         f"it moves one way only, {way}: a constant force cannot be distinguished from Coulomb "
         "friction, and f_0 is taken for zero"
     )
+
+
+def _lag_is_beyond(solved: _Solved) -> bool:
+    """Return whether the windows ask for a larger lag than any that is sought."""
+    if "lag" not in solved.edge:
+        return False
+    column = solved.jacobian[:, solved.names.index("lag")]
+    size = float(np.linalg.norm(column) * np.std(solved.residuals))
+    return abs(float(column @ solved.residuals)) > _PULL * size
+
+
+def _condition(jacobian: Array) -> float:
+    """Return the condition number with columns of unit length; finite also where it is not."""
+    condition = float(np.linalg.cond(jacobian / _lengths(jacobian)))
+    return condition if condition < _SINGULAR else _SINGULAR
 
 
 def _lengths(jacobian: Array) -> Array:

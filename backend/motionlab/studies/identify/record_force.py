@@ -39,6 +39,13 @@ _IS_COMMAND = 0.5
 """Share of the force between samples from which a column is taken for a command."""
 
 
+_REALISED = 1.2
+"""Median of a force beside that of the thrust it would command, beyond which it does not."""
+
+_CLIPPED = 0.02
+"""Share of the samples at the largest force from which it looks clipped."""
+
+
 @dataclass(frozen=True)
 class RecordForce:
     """The force of one axis.
@@ -73,6 +80,8 @@ class RecordForce:
         fast, slow = self._thrusts(self.settling), self._thrusts(self.settling + _SLOWER)
         if not (self._has_currents or self.commanded):
             fast, slow = measured, fast
+            if _ratio(measured, slow) > _REALISED:  # no command of this motor
+                return Record(self.experiment.run.period, position, measured)
         return Record(self.experiment.run.period, position, fast, slow - fast)
 
     def improved(self, values: Mapping[str, float]) -> RecordForce:
@@ -85,6 +94,28 @@ class RecordForce:
         settling = float(np.clip(self.settling + share * _SLOWER, _SETTLING_MIN, _SETTLING_MAX))
         near = abs(settling - self.settling) < _SETTLED
         return self if near else replace(self, settling=settling)
+
+    def doubts(self) -> list[str]:
+        """Return why the force may not be what it is taken for."""
+        if self._has_currents:
+            return []
+        name, force = self.experiment.axes[self.axis].force, self.samples[1]
+        doubts = []
+        largest = float(np.nanmax(np.abs(force)))
+        clipped = float(np.mean(np.abs(force) >= largest * (1.0 - 1e-9)))
+        if clipped >= _CLIPPED:
+            doubts.append(
+                f"{name} is at its largest value, {largest:.4g} N, in {100 * clipped:.3g} % of the "
+                "samples: if that is a limit of what measures it, what was found does not hold"
+            )
+        if self.commanded and not self.experiment.thrust_is_commanded:
+            realised = self._thrusts(self.settling)
+            if _ratio(force, realised) > _REALISED:
+                doubts.append(
+                    f"{name} is a command of {largest:.4g} N at most, of which the motor gives "
+                    f"{np.nanmax(np.abs(realised)):.3g} N: is its unit right?"
+                )
+        return doubts
 
     @property
     def _has_currents(self) -> bool:
@@ -155,6 +186,14 @@ def force_of(experiment: RecordExperiment, axis: str, columns: Columns) -> Recor
     samples = columns.read(chosen.names)[:, first:last].astype(np.float64)
     samples *= np.array(chosen.factors)[:, None]
     return RecordForce(experiment, axis, samples, chosen.commanded)
+
+
+def _ratio(force: Array, thrust: Array) -> float:
+    """Return the median of a force beside that of a thrust."""
+    known = np.isfinite(force) & np.isfinite(thrust)
+    if not known.any():
+        return 1.0
+    return float(np.median(np.abs(force[known])) / max(np.median(np.abs(thrust[known])), 1e-9))
 
 
 def _exactly(current: Array) -> Smoothed:

@@ -132,11 +132,11 @@ def _axis(
     believed = rig.identified_model(axis).friction
     given = experiment.request.record.mass is not None
     model = experiment.old_model(axis)
-    motions, fit = _fitted(experiment, axis, columns, model, at)
+    motions, fit, doubts = _fitted(experiment, axis, columns, model, at)
     motion = motions.sliding
     velocity = motion.of(motion.position, 1)[motion.sliding]
     points, residuals = _points(fit, velocity, motion)
-    warnings = list(fit.warnings)
+    warnings = doubts + fit.warnings
     if fit.condition > _CONDITION:
         warnings.append(
             f"parameters can hardly be told apart: the condition number is {fit.condition:.3g}; "
@@ -178,8 +178,8 @@ def _fitted(
     columns: Columns,
     model: AxisModelConfig,
     at: Callable[[float], None],
-) -> tuple[Motions, RecordFit]:
-    """Return the motion of an axis and what fits it, with the force within samples by turns."""
+) -> tuple[Motions, RecordFit, list[str]]:
+    """Return motion, fit and doubts of an axis, with the force within samples by turns."""
     find_mass = experiment.request.record.mass is None
     source = force_of(experiment, axis, columns)
     motions = motions_of(source.record, experiment.bandwidth)
@@ -192,7 +192,7 @@ def _fitted(
         source = better
         motions = motions_of(source.record, experiment.bandwidth, motions)
         fit = fit_record(motions, model, find_mass=find_mass, start=fit.values)
-    return motions, fit
+    return motions, fit, source.doubts()
 
 
 def to_apply(fits: list[Fitted], believed: FrictionConfig) -> tuple[dict[str, float], list[str]]:
