@@ -37,7 +37,7 @@ def identity(file: Path | None) -> tuple[int, int] | None:
 
 
 def check_same(file: Path | None, opened: tuple[int, int] | None) -> None:
-    """Refuse to use an index whose file has gone: SQLite would go on with what nobody else sees.
+    """Refuse to use an index whose file has gone: SQLite would go on with what no one else sees.
 
     Raises
     ------

@@ -78,7 +78,7 @@ _BELIEVED = 0.5
 """Share by which sigma_0 of the old model may be off where the record does not tell it."""
 
 _SINGULAR = 1e16
-"""Largest condition number that is told."""
+"""Largest condition number that is returned."""
 
 _NO_LAG = "they would depend on a lag between position and force that is not found"
 _PULL = 3.0
