@@ -116,6 +116,7 @@ async def _thirty_days(data: Path) -> None:
     assert most <= QUOTA
     run_id = session.recorder.run
     assert run_id is not None
+    assert (begins := session.recorder.begins) > 0
     held = spool.size_of(spools(data), run_id)
     assert held > HOUR
     session.recorder.end()
@@ -126,6 +127,7 @@ async def _thirty_days(data: Path) -> None:
     await recorder.close()
     run = library().get(run_id)
     end = batches * BATCH
+    assert run.first_tick == begins  # as the Lab said while it was recorded
     table = parquet.read_table(data / "runs" / f"{run_id}.parquet", columns=["tick"])
     ticks = table["tick"].to_numpy()
     assert np.array_equal(ticks, np.arange(run.first_tick, end))
@@ -179,8 +181,11 @@ def test_a_recording_of_several_files_is_found_after_a_kill_and_read_in_part(
         assert part is not None
         assert np.array_equal(part, noise[:, start:stop])
     assert spool.samples(library.spools, run.id, 900, 1001) is None
+    assert recorded.begins == 0
     assert recorded.drop_part()
+    assert recorded.begins == 300
     assert recorded.drop_part()
+    assert recorded.begins == 600
     assert spool.samples(library.spools, run.id, 599, 700) is None
     assert spool.first_tick(library.spools, run.id) == 600
     with spool.claimed(library.spools, run.id) as mine:

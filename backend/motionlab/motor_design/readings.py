@@ -129,8 +129,8 @@ def _origin(c: Choices) -> str:
     if c.lambda_ != type(c).model_fields["lambda_"].default:
         return ""
     return (
-        f"; {c.lambda_:g} is solved from its l_m = 42.3 mm and so no check of it; the inductance "
-        "ratio of a force map is another, and the paper's rows have l_m with that"
+        f"; {c.lambda_:g} is solved from its l_m = 42.3 mm, which that l_m thus does not "
+        "confirm; a force map has its own inductance ratio, and the paper's row `stack-length` is by it"
     )
 
 

@@ -76,6 +76,7 @@ class Spool:
         self._current = self.folder / _SAMPLES
         self.part_size = 0
         self.size = 0
+        self.begins = 0  # tick of the oldest sample; above 0 once files have gone
         try:
             replace(part / _RUN, run.model_dump_json().encode())
             self._lock = _created(part / _SAMPLES)
@@ -175,6 +176,8 @@ class Spool:
             path.unlink()
         self._older.popleft()
         self.size -= size
+        oldest = self._older[0][0] if self._older else self._current
+        self.begins = int(oldest.stem.rpartition("-")[2])
         return True
 
     def end(self, *, complete: bool) -> None:

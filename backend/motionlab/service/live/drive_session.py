@@ -15,7 +15,7 @@ from motionlab.service.drives import Drives
 from motionlab.service.live.clock import Clock
 from motionlab.service.live.run_recorder import RunRecorder
 from motionlab.service.live.session import Session
-from motionlab.service.live.session_info import State, WrongState
+from motionlab.service.live.session_info import RecordState, State, WrongState
 from motionlab.simulation.simulation import ReadyEpoch
 
 _SWITCH = 0.2
@@ -145,9 +145,10 @@ class DriveSession(Session):
             self._untold = True
 
     @property
-    def _record_state(self) -> tuple[str | None, str]:
+    def _record_state(self) -> RecordState:
         """The run, also once it is complete: no other one follows it in this session."""
-        return (None, "") if self._record is None else (self._record.kept, self._record.problem)
+        record = self._record
+        return (None, "", 0) if record is None else (record.kept, record.problem, record.begins)
 
     def _machine(self) -> DriveMotion:
         return self._motion

@@ -28,7 +28,13 @@ from motionlab.service.live.clock import Clock
 from motionlab.service.live.history import History, path_of
 from motionlab.service.live.notification import Listener
 from motionlab.service.live.run_recorder import RunRecorder
-from motionlab.service.live.session_info import SessionStatus, State, WrongState, json_of
+from motionlab.service.live.session_info import (
+    RecordState,
+    SessionStatus,
+    State,
+    WrongState,
+    json_of,
+)
 from motionlab.service.live.session_recorder import SessionRecorder
 from motionlab.simulation.change import Change, changed
 from motionlab.simulation.machine import Machine
@@ -105,7 +111,7 @@ class Session:
         self._recorder = recorder
         self._record: SessionRecorder | None = None
         self.records: dict[int, SessionRecorder] = {}  # by timeline
-        self._told_of_record: tuple[str | None, str] = (None, "")
+        self._told_of_record: RecordState = (None, "", 0)
         self._changes = ChangeLog(prepared.scenario)
         self._lock = threading.Lock()
         self._waiting = 0  # commands that want the lock
@@ -117,7 +123,7 @@ class Session:
         self._announced = (-1, "")
         self._texts: dict[str, tuple[Any, str]] = {}
         self._untold = False  # whether the state has changed since listeners were notified
-        self._recording_told: tuple[str | None, str] = (None, "")
+        self._recording_told: RecordState = (None, "", 0)
         self._adopt(self._machine())
 
     @property
@@ -133,7 +139,7 @@ class Session:
     @property
     def status(self) -> SessionStatus:
         """Status of the session."""
-        run, unrecorded = self._record_state
+        run, unrecorded, begins = self._record_state
         return SessionStatus(
             id=self.id,
             revision=self.revision,
@@ -144,6 +150,7 @@ class Session:
             speed=self.speed,
             stream=f"/api/v1/sessions/{self.id}/stream",
             run=run,
+            recorded_from=begins * CONTROL_PERIOD,
             unrecorded=unrecorded,
             watchers=len(self.listeners),
             ends=self.simulation.timeline.end,
@@ -352,9 +359,10 @@ class Session:
             self._advance(ticks, state)
 
     @property
-    def _record_state(self) -> tuple[str | None, str]:
-        """The run that is being recorded, and why nothing is."""
-        return (None, "") if self._record is None else (self._record.run, self._record.problem)
+    def _record_state(self) -> RecordState:
+        """The run that is being recorded, why nothing is, and the tick with which it begins."""
+        record = self._record
+        return (None, "", 0) if record is None else (record.run, record.problem, record.begins)
 
     def publish(self) -> None:
         """Notify all listeners; runs on the event loop."""
@@ -490,7 +498,7 @@ class Session:
             record.end()
         else:
             record.advanced(flush=flush)
-        if (told := (record.run, record.problem)) != self._recording_told:
+        if (told := (record.run, record.problem, record.begins)) != self._recording_told:
             self._recording_told = told
             self._untold = True
 

@@ -11,6 +11,8 @@ from motionlab.config.scenario import Scenario
 from motionlab.simulation.change import Change
 
 State = Literal["paused", "playing", "stopping", "stopped", "finished"]
+RecordState = tuple[str | None, str, int]
+"""The run that is recorded, why nothing is, and the tick with which the recording begins."""
 
 
 class WrongState(Exception):
@@ -37,6 +39,10 @@ class SessionStatus(BaseModel):
     speed: float = Field(description="Simulated time per time")
     stream: str = Field(description="Path of its websocket")
     run: str | None = Field(description="Run that is being recorded; null before the first tick")
+    recorded_from: float = Field(
+        description="Simulated time with which that run begins, s; above 0 once its beginning has "
+        "gone, to make room for what comes"
+    )
     unrecorded: str = Field(description="Why nothing can be recorded now; empty when all is well")
     watchers: int = Field(description="Streams and 3-D views that are open")
     ends: int | None = Field(description="Tick at which it ends; null if it goes on")

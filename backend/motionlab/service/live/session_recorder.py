@@ -125,6 +125,12 @@ class SessionRecorder:
         return None if record is None or record.spool is None else record.id
 
     @property
+    def begins(self) -> int:
+        """Tick with which the recording begins; above 0 once its beginning has gone."""
+        record = self._record
+        return 0 if record is None or record.spool is None else record.spool.begins
+
+    @property
     def problem(self) -> str:
         """Why nothing can be recorded at the moment; empty when all is well."""
         record = self._record

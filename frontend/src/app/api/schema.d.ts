@@ -11853,6 +11853,11 @@ export interface components {
              */
             run: string | null;
             /**
+             * Recorded From
+             * @description Simulated time with which that run begins, s; above 0 once its beginning has gone, to make room for what comes
+             */
+            recorded_from: number;
+            /**
              * Unrecorded
              * @description Why nothing can be recorded now; empty when all is well
              */

@@ -1,13 +1,23 @@
 /** The answer of a check in words. */
 
-import type { Replay } from '../../app/api/types';
+import type { Replay, RunDetail } from '../../app/api/types';
+import { durationText } from '../../app/runs/run-text';
 import { digits, minus, prettyUnit } from '../../ui/units';
 
 type First = NonNullable<Replay['first']>;
 
-export function identicalText({ channels, ticks, missing }: Replay): string {
-  const without = missing > 0 ? `; ${missing.toLocaleString('en')} without a record` : '';
-  return `${channels} channels, ${ticks.toLocaleString('en')} ticks${without}`;
+/**
+ * What was compared, and what was not: the beginning of a session that went on for long has gone,
+ * and is simulated without being compared.
+ */
+export function identicalText(
+  { channels, ticks, missing }: Replay,
+  { first_tick: gone, period }: Pick<RunDetail, 'first_tick' | 'period'>,
+): string {
+  const begun = gone > 0 ? `; the first ${durationText(gone * period)} have gone` : '';
+  const rest = missing - gone;
+  const without = rest > 0 ? `; ${rest.toLocaleString('en')} without a record` : '';
+  return `${channels} channels, ${ticks.toLocaleString('en')} ticks${begun}${without}`;
 }
 
 /** Both values with all digits that tell them apart. */
