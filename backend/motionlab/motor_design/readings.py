@@ -129,8 +129,8 @@ def _origin(c: Choices) -> str:
     if c.lambda_ != type(c).model_fields["lambda_"].default:
         return ""
     return (
-        f"; {c.lambda_:g} is solved from its l_m = 42.3 mm, which that l_m thus does not "
-        "confirm; a force map has its own inductance ratio, and the paper's row `stack-length` is by it"
+        f"; {c.lambda_:g} is solved from its l_m = 42.3 mm, which it thus does not confirm; "
+        "a force map has its own inductance ratio, and the paper's row `stack-length` is by that"
     )
 
 

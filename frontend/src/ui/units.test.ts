@@ -13,6 +13,7 @@ import {
   scaleOf,
   inScale,
   quantity,
+  spanText,
 } from './units';
 
 const text = (value: number | null, unit: string) => {
@@ -137,4 +138,10 @@ it('writes no number where there is none', () => {
   for (const none of [Number.NaN, Infinity, null as unknown as number]) {
     expect([among(none, scale), inScale(none, scale), digits(none)]).toEqual(['–', '–', '–']);
   }
+});
+
+it('a span is told finely enough to be one', () => {
+  expect(spanText({ start: 4.5, end: 10.5 })).toBe('4.5 to 10.5 s');
+  expect(spanText({ start: 0, end: 21.7349 })).toBe('0 to 21.73 s');
+  expect(spanText({ start: 5.2505, end: 5.2515 })).toBe('5.2505 to 5.2515 s');
 });

@@ -64,7 +64,7 @@ export function marginRows(present: LookedAt | null, chosen: LookedAt | null): F
   const figures = (chosen ?? present)?.figures;
   const speed = figures ? ` at ${digits(figures.velocity * 1e3)} mm/s` : '';
   const sliding = MARGINS.map(({ name, unit, title, read }) => ({
-    name: name.endsWith('margin') ? `${name}${speed}` : name,
+    name: name.endsWith('margin') || name === 'M_s' ? `${name}${speed}` : name,
     unit,
     title,
     values: [present, chosen].map((looked) => (looked?.figures ? read(looked.figures) : '–')),
@@ -85,7 +85,7 @@ export function marginRows(present: LookedAt | null, chosen: LookedAt | null): F
 /** Says at which velocity the margins hold. */
 export function marginNote({ figures }: LookedAt): string {
   if (!figures) return '';
-  return `Sliding at ${digits(figures.velocity * 1e3)} mm/s, four Stribeck velocities; the candidates’ margins are the worst from 0.5 to 4 and at standstill.`;
+  return `Sliding at ${digits(figures.velocity * 1e3)} mm/s, four Stribeck velocities; margins of candidates and in the Lab are the worst from 0.5 to 4 and at standstill.`;
 }
 
 /** Errors of one loop by the equations, and simulated without and with friction. */
