@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,36 @@ from motionlab.service.live import run_recorder
 from motionlab.service.settings import Settings
 from tests.service.conftest import MakeLive, MakeServer
 from tests.service.live import API, Live, until
+
+
+def test_a_run_whose_recording_was_removed_says_so(
+    client: httpx.Client, make_live: MakeLive
+) -> None:
+    live, other = make_live(), make_live()
+    for each in (live, other):
+        each.do("play")
+    run, whole = recorded(live), recorded(other)
+    until(lambda: size(run) > 0)
+    shutil.rmtree(spools(data_root()) / run)
+    until(lambda: "its file was removed" in live.info()["unrecorded"])
+
+    def entry() -> dict[str, Any]:
+        return client.get(f"{API}/runs/{run}").json()
+
+    until(lambda: entry()["state"] == "partial")  # while its session goes on
+    assert entry()["reason"] == "unrecorded: its recording was removed from the folder of the data"
+    assert entry()["ticks"] == 0
+    (listed,) = (each for each in client.get(f"{API}/runs").json()["runs"] if each["id"] == run)
+    assert (listed["state"], listed["reason"]) == ("partial", entry()["reason"])
+    assert client.get(f"{API}/runs/{whole}").json()["state"] == "recording"
+    live.do("reset")
+    other.do("reset")
+    until(lambda: client.get(f"{API}/runs/{whole}").json()["state"] == "complete")
+    assert entry()["state"] == "partial"
+    answer = client.get(f"{API}/runs/{run}/telemetry", params={"format": "csv"})
+    told = f"the telemetry of {run} cannot be read: its file is missing"
+    assert (answer.status_code, answer.json()["detail"]) == (404, told)
+    assert client.delete(f"{API}/runs/{run}").status_code < 300
 
 
 def size(run: str) -> int:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.errors import ConfigError, FieldError, StoreError
+from motionlab.errors import ConfigError, FieldError, StoreError, Unknown
 from motionlab.runs.run import is_id
 from motionlab.store.files import complete_file, failure, private_folder
 
@@ -114,7 +114,7 @@ class RunFiles:
         try:
             return parquet.ParquetFile(self._system.open_input_file(self.path(run_id)))
         except (OSError, pa.ArrowInvalid) as error:
-            raise StoreError(f"the telemetry of {run_id} cannot be read: {error}") from error
+            raise _unreadable(run_id, error) from error
 
     def digest(self, run_id: str) -> str:
         """Return the SHA-256 of the telemetry of a run.
@@ -130,7 +130,7 @@ class RunFiles:
                 while piece := stream.read(_PIECE):
                     found.update(piece)
         except OSError as error:
-            raise StoreError(f"the telemetry of {run_id} cannot be read: {error}") from error
+            raise _unreadable(run_id, error) from error
         return found.hexdigest()
 
     def delete(self, run_id: str) -> None:
@@ -229,3 +229,10 @@ def _move(source: Path, target: Path) -> None:
             with complete_file(str(target), mode=0o600) as part, part.open("wb") as copy:
                 shutil.copyfileobj(file, copy, _PIECE)
             source.unlink()
+
+
+def _unreadable(run_id: str, error: Exception) -> StoreError:
+    told = f"the telemetry of {run_id} cannot be read"
+    if isinstance(error, FileNotFoundError):  # whose text names the folder of the data
+        return Unknown(f"{told}: its file is missing")
+    return StoreError(f"{told}: {error}")

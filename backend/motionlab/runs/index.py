@@ -244,6 +244,12 @@ class Index:
         with self._reached(), self._engine.connect() as connection:
             return [(row.id, row.deleted) for row in connection.execute(query)]
 
+    def recording(self) -> list[str]:
+        """Return the runs that are being recorded, or were when their server was killed."""
+        query = sa.select(RUNS.c.id).where(RUNS.c.state == "recording")
+        with self._reached(), self._engine.connect() as connection:
+            return list(connection.scalars(query))
+
     def evictable(self) -> list[tuple[str, int]]:
         """Return identifier and size of what may be evicted: deleted ones, then the oldest.
 

@@ -52,6 +52,7 @@ _LOG = logging.getLogger(__name__)
 _SPOOLS = "recording"
 _SMALLER = 8  # a run than its recording, at most
 _ROLLED = "a recording takes half of MOTIONLAB_RUNS_MAX at most, and its beginning goes"
+_REMOVED = "unrecorded: its recording was removed from the folder of the data"
 _CUT_OFF = "its recording was cut off: its server was killed, or could not write its end"
 
 
@@ -206,7 +207,8 @@ class Library:
         Returns
         -------
         RunDetail or None
-            None if nothing was recorded, or its server or another process is at it.
+            None if nothing was recorded, or its server or another process is at it; without
+            samples where its recording was removed.
 
         Raises
         ------
@@ -216,7 +218,26 @@ class Library:
         from motionlab.runs import spool
 
         with spool.claimed(self.spools, run_id) as mine:
-            return self._finish(run_id) if mine else None
+            if mine:
+                return self._finish(run_id)
+        return self._unrecorded(run_id)
+
+    def _unrecorded(self, run_id: str) -> RunDetail | None:
+        """Say of a run that nothing of it is left, where its recording was removed."""
+        from motionlab.runs import spool
+
+        run = self.index.get(run_id)
+        if run is None or run.state != "recording" or not spool.gone(self.spools, run_id):
+            return None
+        _LOG.warning("%s: %s", run_id, _REMOVED)
+        run = run.model_copy(update={"state": "partial", "reason": _REMOVED})
+        self.index.put(run)
+        return run
+
+    def note_removed(self) -> None:
+        """Say so of the runs whose recordings were removed while they were written."""
+        for run_id in self.index.recording():
+            self._unrecorded(run_id)
 
     def _finish(self, run_id: str) -> RunDetail | None:
         from motionlab.runs import spool

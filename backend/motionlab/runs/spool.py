@@ -265,6 +265,11 @@ def claimed(root: Path, run_id: str) -> Iterator[bool]:
         os.close(descriptor)
 
 
+def gone(root: Path, run_id: str) -> bool:
+    """Return whether the samples of a record are no longer there."""
+    return not (root / run_id / _SAMPLES).exists()
+
+
 def remove_leftovers(root: Path) -> None:
     """Remove what killed processes began to make or to remove."""
     for path in root.glob(".r-*"):

@@ -414,4 +414,5 @@ def _tidied(
 ) -> tuple[int, list[tuple[str, float]]]:
     """Return the bytes that live recordings may take, and the runs that are deleted."""
     library().purge(*due)
+    library().note_removed()
     return library().room.balance(*live, reserve=reserve), library().index.deleted()
