@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, Locator, Page, expect
+from playwright.sync_api import Browser, FilePayload, Locator, Page, expect
 
 from motionlab.drive.virtual.process import VirtualDrive
 from tests.e2e.actions import API, button, link_file, region, serious, tab_to
@@ -363,6 +364,17 @@ def test_commissioning_goes_step_by_step(shown: Page, drive: VirtualDrive) -> No
     button(shown, "Start over")
     expect(panel).to_contain_text("0 of 8 done")
     expect(kept).to_have_count(0)
+    written = json.loads(document.value.path().read_text())
+    written["taken"][0]["then"] = 1.0
+    forged: FilePayload = {
+        "name": "forged.json",
+        "mimeType": "application/json",
+        "buffer": json.dumps(written).encode(),
+    }
+    shown.get_by_label("Commissioning document").set_input_files(forged)
+    expect(shown.get_by_text("was changed since it was found")).to_be_visible()
+    shown.get_by_role("button", name="Dismiss message").click()
+    expect(panel).to_contain_text("0 of 8 done")
     shown.get_by_label("Commissioning document").set_input_files(document.value.path())
     expect(panel).to_contain_text("2 of 8 done")
     expect(kept).to_be_visible()

@@ -21,7 +21,9 @@ import pytest
 from motionlab.cli.exit_codes import BAD_INPUT, DONE, FAILED
 from motionlab.cli.main import main
 from motionlab.config.drive import load_drive
-from motionlab.drive.commissioning import currents
+from motionlab.config.shipped import data_root
+from motionlab.drive.commissioning import currents, seal
+from motionlab.drive.commissioning.record import ORDER, CommissioningRecord
 from motionlab.drive.lease import SECONDS
 from motionlab.drive.virtual.process import VirtualDrive
 from motionlab.service import drive_friction
@@ -53,6 +55,7 @@ SCHEDULE = [
 ]
 LONG = MOTION | {"set": SHORT | {"trajectory.laps": 30}}
 BEFORE = ("drives", "identity", "encoders")
+DONE_BEFORE = {"at": 0.0, "holds": True, "text": "done"}
 SIMULATED_ONLY = ("position", "velocity", "acceleration", "friction", "bristle", "thrust")
 
 
@@ -155,6 +158,17 @@ class Operator:
 def operator(anyone: httpx.Client) -> Iterator[Operator]:
     with Operator(anyone) as operator:
         yield operator
+
+
+def found(findings: dict[str, Any], *taken: dict[str, Any]) -> dict[str, Any]:
+    """Return a document as this server would have written it."""
+    path = data_root() / "commissioning.key"
+    document = {"link": "Virtual drive", "serials": [1, 2, 3, 4, 5, 6]}
+    record = CommissioningRecord.model_validate(
+        document | {"findings": findings, "taken": list(taken)}
+    )
+    key = seal.read_key(path) or seal.make_key(path)
+    return seal.sealed(record, key).model_dump(mode="json")
 
 
 def ended(client: httpx.Client, path: str) -> dict[str, Any]:
@@ -361,8 +375,7 @@ def test_changes_that_are_taken_bring_the_link_up_with_them(
     place = f"{DRIVE}/commissioning"
     operator.arm()
     change = {"path": "x.offset", "now": 0.0, "then": 0.0012}
-    document = {"link": "Virtual drive", "findings": {}, "taken": [change]}
-    load = {"json": document, "headers": operator.lease}
+    load: dict[str, Any] = {"json": found({}, change), "headers": operator.lease}
     assert "while the link is holding" in anyone.put(place, **load).json()["detail"]
     anyone.post(f"{DRIVE}/disarm", headers=operator.lease)
     before = operator.until(lambda status: status["state"] == "ready")["axes"][0]["position"]
@@ -380,8 +393,7 @@ def test_changes_that_are_taken_bring_the_link_up_with_them(
     assert status["axes"][0]["position"] == pytest.approx(before, abs=20e-6)
 
     wrong = {"at": 0.0, "holds": False, "text": "x: offset wrong", "changes": [change]}
-    right = {"at": 0.0, "holds": True, "text": "done"}
-    document["findings"] = dict.fromkeys((*BEFORE, "currents"), right) | {"commutation": wrong}
+    document = found(dict.fromkeys((*BEFORE, "currents"), DONE_BEFORE) | {"commutation": wrong})
     anyone.put(place, json=document, headers=operator.lease)
     operator.fall_silent()
     operator.until(lambda status: status["holder"] is None)
@@ -411,8 +423,7 @@ def test_steps_with_torque(
     operator.arm()
     anyone.post(f"{DRIVE}/disarm", headers=operator.lease)
     operator.until(lambda status: status["state"] == "ready" and status["loop"]["phase_locked"])
-    done = {"at": 0.0, "holds": True, "text": "done"}
-    document = {"link": "Virtual drive", "findings": dict.fromkeys(BEFORE, done)}
+    document = found(dict.fromkeys(BEFORE, DONE_BEFORE))
     loaded = anyone.put(place, json=document, headers=operator.lease).json()
     assert [each["state"] for each in loaded["steps"]][2:5] == ["done", "now", "waiting"]
     for body in (None, {}, {"confirm": False}, {"confirm": 1}, {"confirm": "true"}):
@@ -465,9 +476,8 @@ def test_friction_is_identified_from_a_recorded_run(
     operator.arm()
     anyone.post(f"{DRIVE}/disarm", headers=operator.lease)
     operator.until(lambda status: status["state"] == "ready" and status["loop"]["phase_locked"])
-    done = {"at": 0.0, "holds": True, "text": "done"}
     before = (*BEFORE, "currents", "commutation", "homing", "hold")
-    document = {"link": "Virtual drive", "findings": dict.fromkeys(before, done)}
+    document = found(dict.fromkeys(before, DONE_BEFORE))
     anyone.put(place, json=document, headers=operator.lease)
     confirmed = {"json": {"confirm": True}, "headers": operator.lease}
     until(lambda: anyone.post(f"{place}/friction", **confirmed).status_code == 200)
@@ -483,6 +493,28 @@ def test_friction_is_identified_from_a_recorded_run(
     assert float(stiction["found"].split()[0]) == pytest.approx(3.59, rel=0.02)
     assert stiction["expected"] == "3.591 N"
     assert anyone.get(DRIVE).json()["state"] == "ready"
+
+
+def test_a_document_that_was_forged_is_refused(operator: Operator, anyone: httpx.Client) -> None:
+    place = f"{DRIVE}/commissioning"
+    operator.arm()
+    anyone.post(f"{DRIVE}/disarm", headers=operator.lease)
+    operator.until(lambda status: status["state"] == "ready")
+    true = found(dict.fromkeys(BEFORE, DONE_BEFORE))
+    assert anyone.put(place, json=true, headers=operator.lease).status_code == 200
+    kept = anyone.get(place).json()["record"]
+    change = {"path": "x.offset", "now": 0.0, "then": 0.05}
+    for forged in (
+        {key: value for key, value in true.items() if key != "seal"},
+        true | {"taken": [change]},
+        true | {"findings": dict.fromkeys(ORDER, DONE_BEFORE)},
+        true | {"serials": [1, 2, 3, 4, 5, 7]},
+    ):
+        answer = anyone.put(place, json=forged, headers=operator.lease)
+        assert answer.status_code == 422
+        assert answer.json()["errors"][0]["loc"] == "seal"
+    assert anyone.get(place).json()["record"] == kept
+    assert anyone.get(DRIVE).json()["axes"][0]["limits"]["offset"] == 0.0
 
 
 def test_drives_of_another_identity(virtual: VirtualDrive) -> None:

@@ -195,7 +195,9 @@ def _steps_in_words(status: dict[str, Any]) -> str:
         torque = "torque" if step["torque"] else ""
         line = f"{number} {step['name']:12} {step['title']:26} {torque:7}{step['state']:8}{found}"
         lines.append(line.rstrip())
-    lines += ["taken: " + _in_figures(change) for change in status["record"]["taken"]]
+    lines += [text for text in (status["damage"], status["other_drives"]) if text]
+    if not status["other_drives"]:
+        lines += ["taken: " + _in_figures(change) for change in status["record"]["taken"]]
     return "\n".join(lines)
 
 
@@ -316,6 +318,8 @@ def _in_words(status: dict[str, Any]) -> str:
     ]
     if status["fault"] or status["problem"]:
         lines.append(_ended(status))
+    if status["other_drives"]:
+        lines.append(f"cannot be armed: {status['other_drives']}")
     if status["age"] is None:
         return "\n".join([*lines, "nothing is known of the drives yet"])
     if not status["known"]:

@@ -19,6 +19,8 @@ from motionlab.errors import ConfigError, FieldError
 _PORT = 34980
 _PORT_MAX = 65_535
 _SEED_MAX = 2**31 - 1
+_DRIVES = 6
+_SERIAL_MAX, _SERIAL_DIGITS = 2**32 - 1, 10
 
 
 def add(commands: Any) -> None:
@@ -79,6 +81,13 @@ def add(commands: Any) -> None:
         choices=("x", "y", "xy"),
         default="",
         help="axes whose cables of phases b and c are exchanged",
+    )
+    parser.add_argument(
+        "--serials",
+        type=_serials,
+        default=tuple(range(1, 7)),
+        metavar="N,N,N,N,N,N",
+        help="serial numbers of the drives (default: 1,2,3,4,5,6)",
     )
     parser.add_argument(
         "--seed",
@@ -152,6 +161,15 @@ def _pair(text: str) -> tuple[float, float]:
     return x, y
 
 
+def _serials(text: str) -> tuple[int, ...]:
+    parts = text.split(",")
+    known = [part.isdecimal() and len(part) <= _SERIAL_DIGITS for part in parts]
+    if len(parts) != _DRIVES or not all(known) or max(map(int, parts)) > _SERIAL_MAX:
+        what = f"must be {_DRIVES} whole numbers with commas between them"
+        raise ConfigError(FieldError("serials", what, text, f"0 to {_SERIAL_MAX} each"))
+    return tuple(map(int, parts))
+
+
 def _drift(text: str) -> float:
     try:
         drift = float(text)
@@ -213,6 +231,7 @@ def _run(options: argparse.Namespace) -> int:
         changes=parse_assignments(options.assignments),
         start=options.start,
         seed=options.seed,
+        serials=options.serials,
         now=wall_clock(),
     )
     address, port = options.address

@@ -127,6 +127,10 @@ class DriveStatus(BaseModel):
     age: float | None = Field(
         description="Time since the last good telegram of the drives, s; null before the first"
     )
+    other_drives: str = Field(
+        description="Why these drives cannot be armed: serial numbers other than those that were "
+        "commissioned; or empty",
+    )
     bus: BusFacts
     drives: list[OneDrive]
     axes: list[OneAxis]
@@ -134,9 +138,12 @@ class DriveStatus(BaseModel):
 
 
 def drive_status(
-    config: DriveConfig, link: DriveLink, lease: Lease, history: DriveHistory
+    config: DriveConfig, link: DriveLink, lease: Lease, history: DriveHistory, other_drives: str
 ) -> DriveStatus:
-    """Return the state of a link, its drives and its loop at the moment."""
+    """Return the state of a link, its drives and its loop at the moment.
+
+    `other_drives` says why they are not those that were commissioned; empty where they are.
+    """
     bus, found = config.link, link.found
     history.note()
     known, age = _telegram(config, link)
@@ -157,6 +164,7 @@ def drive_status(
         stopped=history.stopped,
         known=known,
         age=age,
+        other_drives=other_drives,
         bus=BusFacts(
             carrier=bus.carrier,
             place=bus.interface or f"{bus.address}:{bus.port}",

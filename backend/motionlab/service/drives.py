@@ -99,6 +99,7 @@ class Drives:
         self.torque_steps = dict(TORQUE_STEPS)
         self._step: StepRun | None = None
         self._doing: asyncio.Task[None] | None = None
+        self._renewing: asyncio.Task[None] | None = None
         self._history = DriveHistory(self.link)
         self._motions = 0
         self._beginning = asyncio.Lock()
@@ -109,6 +110,24 @@ class Drives:
     def config(self) -> DriveConfig:
         """The link in effect: its file with the changes that commissioning took."""
         return self.commissioning.config
+
+    def note_found(self) -> None:
+        """Let commissioning know which drives were found."""
+        self.commissioning.follow([drive["serial"] for drive in self.link.found])
+
+    def _check_found(self) -> None:
+        """Refuse drives that were not found yet, or are up with values of others.
+
+        Raises
+        ------
+        LinkError
+            Saying which.
+        """
+        if not self.link.found:
+            raise LinkError(f"not possible while the link is {self.link.state.name.lower()}")
+        self.note_found()
+        if self._of_others:
+            raise LinkError("not possible until the link is up with the values of these drives")
 
     @property
     def active(self) -> bool:
@@ -156,7 +175,8 @@ class Drives:
         ConfigError
             If drives cannot carry the scenario out.
         LinkError
-            If the loop refuses, or there was a stop, or the end of a lease, meanwhile.
+            If the loop refuses, or there was a stop, or the end of a lease, meanwhile; or the
+            drives are not those that were commissioned.
         """
         self.lease.check(token)
         link, stops = self.link, self.link.stops
@@ -166,6 +186,11 @@ class Drives:
                 raise LinkError(f"not possible while the link is {link.state.name.lower()}")
             if not link.status(Status.PHASE_LOCKED):
                 raise LinkError("not yet in phase with SYNC0 of the drives: wait a moment")
+            self._check_found()
+            if other := self.commissioning.other_drives:
+                raise LinkError(
+                    f"{other}: do the steps again, or load the document of these drives"
+                )
             link.load(held_parameters(on_drives(load(), variant)))
             link.order(Order.ARM, stops)
 
@@ -208,9 +233,9 @@ class Drives:
         Raises
         ------
         LinkError
-            If it is of another link, or the drives have torque.
+            If it is of another link or other drives, or the drives have torque.
         ConfigError
-            If a value is out of its range.
+            If it is not as this server wrote it.
         StoreError
             If it cannot be kept.
         """
@@ -221,6 +246,7 @@ class Drives:
         async with self._beginning:
             if self.link.state in _ACTIVE:
                 raise LinkError(f"not possible while the link is {self.link.state.name.lower()}")
+            self.note_found()
             before = self.config
             await self._in_thread(change)
             if self.config != before:
@@ -250,6 +276,7 @@ class Drives:
             )
         if step_of(name).torque and not self.link.status(Status.PHASE_LOCKED):
             raise LinkError("not yet in phase with SYNC0 of the drives: wait a moment")
+        self._check_found()
         commissioning = self.commissioning
         commissioning.begin(name)
         if name == "encoders":
@@ -366,12 +393,16 @@ class Drives:
         if self._doing is not None:
             self.stop("the server ended")
             await self._doing
+        if self._renewing is not None:
+            await self._renewing
         await self._in_thread(self.link.close)
         self._threads.shutdown(wait=False)
 
     def status(self) -> DriveStatus:
         """Return what a person needs to know of the link at the moment."""
-        return drive_status(self.config, self.link, self.lease, self._history)
+        self.note_found()
+        other_drives = self.commissioning.other_drives
+        return drive_status(self.config, self.link, self.lease, self._history, other_drives)
 
     async def _in_thread(self, work: Callable[..., Any], *arguments: Any) -> Any:
         return await asyncio.get_running_loop().run_in_executor(self._threads, work, *arguments)
@@ -384,8 +415,26 @@ class Drives:
                 self._watch_lease()
                 self._history.note()
                 await self._note_by_hand()
+                self._watch_found()
             except Exception:  # whatever it is, the next heartbeat that is missing counts
                 _LOG.exception("watching the drives")
+
+    def _watch_found(self) -> None:
+        """Bring the link up anew where other drives were found than those its values are of."""
+        self.note_found()
+        busy = self.active or self._ordering or self._beginning.locked()
+        if self._of_others and self.link.state is State.READY and not busy:
+            self._renewing = asyncio.create_task(self._renew())
+
+    async def _renew(self) -> None:
+        async with self._beginning:
+            if self._of_others:
+                await self._begin_anew()
+
+    @property
+    def _of_others(self) -> bool:
+        """Whether the link is up with values that are not those of the drives it found."""
+        return self.config != self.link.config
 
     def _watch_lease(self) -> None:
         """Stop what moves without a heartbeat, or without a lease."""

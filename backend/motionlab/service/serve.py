@@ -44,7 +44,7 @@ _DATA = (
     "motors",
     "maps",
     "jobs",
-    "commissioning*.json",
+    "commissioning*",
 )
 """What a folder of data holds."""
 

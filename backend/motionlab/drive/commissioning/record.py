@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable
-from typing import Literal, NamedTuple
+from typing import Annotated, Literal, NamedTuple
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 from motionlab.config.drive import DriveConfig
 from motionlab.config.validation_errors import field_errors
@@ -16,6 +16,8 @@ StepName = Literal[
     "drives", "identity", "encoders", "currents", "commutation", "homing", "hold", "friction"
 ]
 _TEXT_MAX = 1000
+_Value = Annotated[float, AfterValidator(lambda value: value + 0.0)]  # -0 is 0 in a browser's JSON
+Serial = Annotated[int, Field(ge=0, lt=2**32)]
 
 
 class Step(NamedTuple):
@@ -98,8 +100,8 @@ class ConfigChange(BaseModel):
     )
 
     path: str = Field(pattern=r"^[xy]\.(direction|offset)$", description="In the file of the link")
-    now: float = Field(allow_inf_nan=False)
-    then: float = Field(allow_inf_nan=False)
+    now: _Value = Field(allow_inf_nan=False)
+    then: _Value = Field(allow_inf_nan=False)
 
 
 class Finding(BaseModel):
@@ -158,12 +160,27 @@ class CommissioningRecord(BaseModel):
     )
 
     link: str = Field(max_length=200, description="Title of the drive link")
+    serials: list[Serial] = Field(
+        default_factory=list,
+        max_length=64,
+        description="Serial numbers of the drives on which it was found, in the order of the bus",
+    )
     findings: dict[StepName, Finding] = Field(default_factory=dict)
     taken: list[ConfigChange] = Field(
         default_factory=list,
         max_length=64,
         description="Changes in effect: `now` is the value of the file, `then` the one in effect",
     )
+    seal: str = Field(
+        default="",
+        pattern="^([0-9a-f]{64})?$",
+        description="Of the server that found it; a document with any change has another one",
+    )
+
+    @property
+    def empty(self) -> bool:
+        """Whether nothing was found, and nothing changed."""
+        return not self.findings and not self.taken
 
 
 def in_effect(config: DriveConfig, taken: Iterable[ConfigChange]) -> DriveConfig:

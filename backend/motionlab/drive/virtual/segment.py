@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -130,6 +130,8 @@ class Segment:
         Position of the mover, m.
     seed : int
         Of noise and of random faults.
+    serials : sequence of int
+        Serial numbers of the drives.
     now : int
         Time of the segment's clock, ns since 2000-01-01.
 
@@ -147,6 +149,7 @@ class Segment:
         changes: Mapping[str, Any] | None = None,
         start: tuple[float, float] = (0.0, 0.0),
         seed: int = 0,
+        serials: Sequence[int] = range(1, NODES + 1),
         now: int = 0,
     ) -> None:
         self.drive = default_drive() if drive is None else drive
@@ -155,7 +158,7 @@ class Segment:
             raise ConfigError(
                 FieldError("motor", "is moved by ideal forces: drives need currents", motor)
             )
-        self.arrays, self._kept = _arrays(self.drive, scenario, start)
+        self.arrays, self._kept = _arrays(self.drive, scenario, start, serials)
         s = self.arrays
         s.clock[[layout.LAST, layout.PLANT_TIME]] = now
         s.clock[layout.RANDOM] = 1 + seed % 2_147_483_646
@@ -168,7 +171,7 @@ class Segment:
                 Dictionary(
                     s,
                     n,
-                    Identity(node.vendor, node.product, REVISION, n + 1),
+                    Identity(node.vendor, node.product, REVISION, serials[n]),
                     resolutions[s.wiring[n, 2]] if s.wiring[n, 2] >= 0 else 0.0,
                 )
                 for n, node in enumerate(self.drive.nodes)
@@ -244,7 +247,7 @@ def run_until(s: Arrays, now: int) -> None:
 
 
 def _arrays(
-    drive: DriveConfig, scenario: Scenario, start: tuple[float, float]
+    drive: DriveConfig, scenario: Scenario, start: tuple[float, float], serials: Sequence[int]
 ) -> tuple[Arrays, tuple[NDArray[np.float64], ...]]:
     """Return a segment at power-on, and what has to live as long as it: it holds an address."""
     parameters, tables = lane_parameters(scenario), TABLES.values
@@ -255,7 +258,7 @@ def _arrays(
     wiring[:] = -1
     for n, node in enumerate(drive.nodes):
         _power_on(s.memory[n])
-        image = slave_information(node.vendor, node.product, REVISION, n + 1)
+        image = slave_information(node.vendor, node.product, REVISION, serials[n])
         s.eeprom[n] = np.frombuffer(image, dtype=np.uint8)
         wiring[n, :2] = AXES.index(node.axis), "abc".index(node.phase)
     axes = [getattr(drive, axis) for axis in AXES]

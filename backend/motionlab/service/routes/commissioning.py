@@ -61,8 +61,12 @@ class CommissioningStatus(BaseModel):
     by_hand: HandStatus | None = Field(description="While encoders are moved by hand")
     running: RunningStep | None = Field(description="A step that goes on at the moment")
     record: CommissioningRecord
+    other_drives: str = Field(
+        description="Why `record` is not of the drives that were found, and none of it in effect; "
+        "or empty"
+    )
     damage: str = Field(
-        description="Why the document that was kept could not be read, until another is; or empty"
+        description="Why the document that was kept was not taken, until another is; or empty"
     )
 
 
@@ -126,7 +130,7 @@ async def take_changes(
 async def load_commissioning(
     drives: FoundDrives, body: Annotated[CommissioningRecord, Body()], lease: Token
 ) -> CommissioningStatus:
-    """Take a document that was kept; an empty one starts over, with the values of the file."""
+    """Take a document that was kept, unchanged and of these drives; an empty one starts over."""
     drives.lease.check(lease)
     await drives.load_commissioning(body)
     return _status(drives)
@@ -152,8 +156,9 @@ async def get_drive_configuration(drives: FoundDrives) -> Response:
 
 
 def _status(drives: Drives) -> CommissioningStatus:
+    drives.note_found()
     commissioning = drives.commissioning
-    present, findings = commissioning.present, commissioning.record.findings
+    present, findings = commissioning.present, commissioning.findings
     by_hand = commissioning.by_hand
     reached = [step.name for step in STEPS]
     here = len(reached) if present is None else reached.index(present)
@@ -176,5 +181,6 @@ def _status(drives: Drives) -> CommissioningStatus:
         by_hand=by_hand and HandStatus(moved=list(by_hand.moved), travel=by_hand.travel),
         running=drives.running,
         record=commissioning.record,
+        other_drives=commissioning.other_drives,
         damage=commissioning.damage,
     )

@@ -1991,7 +1991,7 @@ export interface paths {
         get: operations["getCommissioning"];
         /**
          * Load Commissioning
-         * @description Take a document that was kept; an empty one starts over, with the values of the file.
+         * @description Take a document that was kept, unchanged and of these drives; an empty one starts over.
          */
         put: operations["loadCommissioning"];
         post?: never;
@@ -3618,6 +3618,11 @@ export interface components {
              * @description Title of the drive link
              */
             link: string;
+            /**
+             * Serials
+             * @description Serial numbers of the drives on which it was found, in the order of the bus
+             */
+            serials?: number[];
             /** Findings */
             findings?: {
                 [key: string]: components["schemas"]["Finding"];
@@ -3627,6 +3632,12 @@ export interface components {
              * @description Changes in effect: `now` is the value of the file, `then` the one in effect
              */
             taken?: components["schemas"]["ConfigChange"][];
+            /**
+             * Seal
+             * @description Of the server that found it; a document with any change has another one
+             * @default
+             */
+            seal: string;
         };
         /**
          * CommissioningRequest
@@ -3656,8 +3667,13 @@ export interface components {
             running: components["schemas"]["RunningStep"] | null;
             record: components["schemas"]["CommissioningRecord"];
             /**
+             * Other Drives
+             * @description Why `record` is not of the drives that were found, and none of it in effect; or empty
+             */
+            other_drives: string;
+            /**
              * Damage
-             * @description Why the document that was kept could not be read, until another is; or empty
+             * @description Why the document that was kept was not taken, until another is; or empty
              */
             damage: string;
         };
@@ -5002,6 +5018,11 @@ export interface components {
              * @description Time since the last good telegram of the drives, s; null before the first
              */
             age: number | null;
+            /**
+             * Other Drives
+             * @description Why these drives cannot be armed: serial numbers other than those that were commissioned; or empty
+             */
+            other_drives: string;
             bus: components["schemas"]["BusFacts"];
             /** Drives */
             drives: components["schemas"]["OneDrive"][];

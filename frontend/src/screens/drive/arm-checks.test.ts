@@ -72,6 +72,20 @@ it('asks for the phase and for STO only where a step has torque', () => {
   }
 });
 
+it('is not armed with the commissioning of other drives', () => {
+  const other = situation({
+    status: exampleStatus({ other_drives: '1 commissioned, 2 found' }),
+    commissioned: { done: 0, of: 8 },
+  });
+  expect(obstacle(other)).toContain('Other drives were commissioned');
+  expect(checksOf(other).find(({ name }) => name === 'commissioning')).toEqual({
+    name: 'commissioning',
+    holds: false,
+    text: 'of other drives',
+  });
+  expect(stepObstacle(other, false)).toBe(''); // the first step begins anew
+});
+
 it('says in the question how much of commissioning is done, which is no obstacle', () => {
   const row = (done: number) =>
     checksOf(situation({ commissioned: { done, of: 8 } })).find(

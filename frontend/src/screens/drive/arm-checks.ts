@@ -30,7 +30,7 @@ export function checksOf({ status, held, gains, silent, commissioned }: Situatio
     return [
       { name: 'control', holds: held, text: held ? 'this browser' : holder },
       { name: 'gains', holds: gains !== '', text: gains || 'the Lab has no session' },
-      ...(commissioned ? [commissioningCheck(commissioned)] : []),
+      ...(commissioned ? [commissioningCheck(commissioned, status)] : []),
     ];
   }
 }
@@ -49,6 +49,7 @@ export function lasting(situation: Situation): string {
   if (situation.silent !== '') return 'The server does not answer.';
   if (status.state === 'offline') return 'There is no link to the drives.';
   if (status.state === 'fault') return 'A fault is latched. Reset it first.';
+  if (status.other_drives !== '') return 'Other drives were commissioned. Do the steps again.';
   if (stoCheck(status).holds === false) return 'STO is active. Release the emergency stop first.';
   if (!held) return 'Take control first.';
   if (situation.gains === '') return 'The Lab has no session whose gains could hold the position.';
@@ -67,7 +68,11 @@ export function stepObstacle(situation: Situation, torque: boolean): string {
   return torque ? obstacle(situation) : '';
 }
 
-function commissioningCheck({ done, of }: { done: number; of: number }): Check {
+function commissioningCheck(
+  { done, of }: { done: number; of: number },
+  { other_drives }: DriveStatus,
+): Check {
+  if (other_drives !== '') return { name: 'commissioning', holds: false, text: 'of other drives' };
   return { name: 'commissioning', holds: done === of || null, text: `${done} of ${of} steps done` };
 }
 

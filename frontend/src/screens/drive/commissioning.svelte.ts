@@ -16,6 +16,17 @@ export type Change = NonNullable<CommissioningRecord['taken']>[number];
 class CommissioningSteps {
   now = $state.raw<CommissioningStatus | null>(null);
   readonly done = $derived(this.now?.steps.filter(({ state }) => state === 'done').length ?? 0);
+  /** Changes in effect: none of those that were taken on other drives. */
+  readonly taken = $derived(this.now?.other_drives === '' ? (this.now.record.taken ?? []) : []);
+  /** Why the document is not of the drives that are there, in a sentence; empty when it is. */
+  readonly others = $derived.by(() => {
+    const text = this.now?.other_drives ?? '';
+    return text && `${text.charAt(0).toUpperCase()}${text.slice(1)}.`;
+  });
+  /** Whether the document holds anything, of these drives or of others. */
+  readonly kept = $derived(
+    Object.keys(this.now?.record.findings ?? {}).length > 0 || !!this.now?.record.taken?.length,
+  );
 
   /** Asks twice a second until the returned function is called. */
   follow(): () => void {
@@ -54,7 +65,8 @@ class CommissioningSteps {
   }
 
   async startOver(): Promise<void> {
-    if (this.now) await this.take({ link: this.now.record.link, findings: {}, taken: [] });
+    if (this.now)
+      await this.take({ link: this.now.record.link, findings: {}, taken: [], seal: '' });
   }
 
   private async take(body: CommissioningRecord): Promise<void> {

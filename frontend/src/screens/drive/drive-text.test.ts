@@ -64,6 +64,14 @@ describe('the headline', () => {
     expect(headline(exampleStatus({}, { phase_locked: false })).text).toMatch(/^Waiting/);
   });
 
+  it('is not ready while other drives were commissioned', () => {
+    const other_drives = 'serial numbers 1 commissioned, 2 found';
+    expect(headline(exampleStatus({ other_drives }))).toMatchObject({
+      text: 'Not the drives that were commissioned',
+      bad: true,
+    });
+  });
+
   it('says what bring-up does, and when there is no link', () => {
     const offline = { state: 'offline', step: 'finding drives' };
     expect(headline(exampleStatus(offline))).toMatchObject({ bad: false, note: 'finding drives' });

@@ -109,6 +109,9 @@ export function headline(status: DriveStatus): Headline {
       if (drives.some(({ sto }) => sto === true)) {
         return bad('STO is active, no torque', 'release the emergency stop to arm');
       }
+      if (status.other_drives !== '') {
+        return bad('Not the drives that were commissioned', 'they cannot be armed');
+      }
       if (!loop.phase_locked) {
         return good('Waiting for the clock of the drives', 'arming needs the exchange in phase');
       }

@@ -70,6 +70,7 @@ export function exampleStatus(
     stopped: null,
     known: true,
     age: 0.0004,
+    other_drives: '',
     bus: {
       carrier: 'udp',
       place: '127.0.0.1:34980',
