@@ -6,6 +6,7 @@ import contextlib
 import csv
 import json
 import os
+import signal
 import subprocess
 import sys
 import threading
@@ -30,6 +31,7 @@ from motionlab.service import drive_friction
 from motionlab.service.settings import Settings
 from tests.drive.link.rig import SLOW, linked
 from tests.paths import ROOT
+from tests.processes import children_of
 from tests.service.live import API, until
 from tests.service.openapi import Contract
 from tests.service.servers import PATIENCE, Server
@@ -515,6 +517,24 @@ def test_a_document_that_was_forged_is_refused(operator: Operator, anyone: httpx
         assert answer.json()["errors"][0]["loc"] == "seal"
     assert anyone.get(place).json()["record"] == kept
     assert anyone.get(DRIVE).json()["axes"][0]["limits"]["offset"] == 0.0
+
+
+def test_what_a_loop_that_stands_still_says_has_its_age(
+    operator: Operator, anyone: httpx.Client
+) -> None:
+    operator.arm()
+    assert anyone.get(DRIVE).json()["known"]
+    loops = children_of(os.getpid(), "motionlab.drive.link.process")
+    try:
+        for loop in loops:
+            os.kill(loop, signal.SIGSTOP)
+        status = operator.until(lambda status: not status["known"])
+        later = operator.until(lambda now: now["age"] > status["age"] + 0.5)
+        assert later["loop"]["age"] == pytest.approx(later["age"], abs=1e-3)
+    finally:
+        for loop in loops:
+            os.kill(loop, signal.SIGCONT)
+    operator.until(lambda status: status["known"] and status["state"] in {"fault", "ready"})
 
 
 def test_drives_of_another_identity(virtual: VirtualDrive) -> None:

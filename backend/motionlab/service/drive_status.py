@@ -208,7 +208,7 @@ def drive_status(
 
 def _telegram(config: DriveConfig, link: DriveLink) -> tuple[bool, float | None]:
     """Return whether the last telegram is the state of now, and its age, s."""
-    cycle, missed = _cycle_age(config, link), link.status(Status.MISSED_NOW)
+    cycle, missed = _cycle_age(link), link.status(Status.MISSED_NOW)
     if cycle is None:
         return False, None
     slow = config.link.slow
@@ -217,10 +217,10 @@ def _telegram(config: DriveConfig, link: DriveLink) -> tuple[bool, float | None]
     return answers and age < _CURRENT + config.link.loss * slow, age
 
 
-def _cycle_age(config: DriveConfig, link: DriveLink) -> float | None:
+def _cycle_age(link: DriveLink) -> float | None:
     """Return the time since the last cycle of the loop, s; None before the first."""
-    updated = link.status(Status.UPDATED)
-    return max(0.0, time.monotonic() - updated * config.link.slow * 1e-9) if updated else None
+    updated = link.status(Status.UPDATED)  # in the machine's time, however slow the link is
+    return max(0.0, time.monotonic() - updated * 1e-9) if updated else None
 
 
 def _sto(config: DriveConfig, status_word: int) -> bool | None:
@@ -245,7 +245,7 @@ def _loop_figures(config: DriveConfig, link: DriveLink, history: DriveHistory) -
         control_time=status(Status.CONTROL_TIME) * 1e-9,
         period=CONTROL_PERIOD,
         recent=history.recent(),
-        age=_cycle_age(config, link),
+        age=_cycle_age(link),
         priority_wanted=config.link.priority,
         priority=status(Status.PRIORITY),
         memory_locked=bool(status(Status.MEMORY_LOCKED)),
