@@ -56,6 +56,10 @@ def test_the_glitch_is_found_and_its_height_is_the_recording_s(page: Page) -> No
         expect(panel).to_contain_text(f"{place + 1} of {len(turns)}", timeout=LONG)
         at = re.search(r"at\s([\d.]+) s", panel.inner_text())
         assert at and float(at[1]) == pytest.approx(turn * CONTROL_PERIOD, abs=1e-9)
+        ends = ((turn - before) * CONTROL_PERIOD, (turn - before + count) * CONTROL_PERIOD)
+        expect(region(page, "Plane")).to_contain_text(
+            "{:.6g} to {:.6g} s".format(*(round(end, 2) for end in ends))
+        )
         part = error[turn - before : turn - before + count]
         wanted = 1e6 * float(np.ptp(part))
         end = time.monotonic() + 1e-3 * LONG

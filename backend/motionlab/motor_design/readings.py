@@ -130,7 +130,7 @@ def _origin(c: Choices) -> str:
         return ""
     return (
         f"; {c.lambda_:g} is solved from its l_m = 42.3 mm, which it thus does not confirm; "
-        "a force map has its own inductance ratio, and the paper's row `stack-length` is by that"
+        "a force map has its own inductance ratio, and row (13) of Paper has l_m by that"
     )
 
 

@@ -39,7 +39,9 @@ class LabResult {
     const { state } = app.session.info ?? {};
     if (app.session.variant !== '') return driveEmptyText(app.session.variant, state);
     if (parts.onDrive) return 'No result yet: nothing has run on the drive';
-    return state === 'playing' ? 'No result yet: it has just begun' : 'No result yet: press Play';
+    if (state === 'playing') return 'No result yet: it has just begun';
+    const stopped = state === 'stopped' || state === 'stopping';
+    return `No result yet: press ${stopped ? 'Reset, then Play' : 'Play'}`;
   });
 }
 
