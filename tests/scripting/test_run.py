@@ -150,7 +150,7 @@ def test_figures_are_drawn_in_axes_of_ones_own(circle: Run) -> None:
     assert circle.plot(ax=left, title="Both axes") is own
     assert [line.get_label() for line in left.lines] == circle.shown()
     assert (left.get_title(), left.get_ylabel(), len(right.lines)) == ("Both axes", "µm", 0)
-    two = own.subfigures(1, 2)[0].subplots(2, 1)
+    two = own.add_subfigure(own.add_gridspec(1, 2)[0]).subplots(2, 1)
     assert circle.plot(ERROR, "B.x.velocity", ax=two) is own
     assert [panel.get_ylabel() for panel in two] == ["µm", "mm/s"]
     with pytest.raises(motionlab.ConfigError, match=r"ax: must have.*got 1; .*2, of m, m/s"):
