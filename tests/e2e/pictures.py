@@ -170,6 +170,8 @@ def _motor(browser: Browser, server: Server) -> None:
         name, view = ("maps", "&view=field&map=new-design") if tab == "field" else (tab, "")
         page.goto(f"{server.url}/?screen=motor&tab={name}{view}")
         page.get_by_text("connected", exact=True).wait_for(timeout=120_000)
+        if tab == "sizing":
+            expect(region(page, "Results")).to_contain_text("stack length", timeout=LONG)
         if tab == "field":
             page.get_by_text("flux linkage").wait_for(timeout=120_000)
         if tab == "sharing":
