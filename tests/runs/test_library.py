@@ -10,7 +10,7 @@ import pytest
 from pyarrow import parquet
 
 from motionlab.config.load import load_scenario
-from motionlab.errors import Busy, ConfigError, StoreFull, Unknown
+from motionlab.errors import Busy, ConfigError, StoreError, StoreFull, Unknown
 from motionlab.runs import library as library_module
 from motionlab.runs import spool
 from motionlab.runs.library import Library
@@ -283,6 +283,26 @@ def test_a_recording_beyond_the_quota_waits_until_there_is_room(
     assert spool.waiting(library.spools) == [run_id]
     monkeypatch.delenv("MOTIONLAB_RUNS_MAX")
     assert library.recover() == [run_id]
+
+
+def test_telemetry_that_is_damaged_or_gone_is_said_without_a_path(
+    library: Library, simulated
+) -> None:
+    run_id = keep(library, simulated).id
+    place = Path(library.files.path(run_id))
+    if not place.is_file():
+        pytest.skip("its telemetry is no file of this machine")
+
+    for damage, reason in (
+        (lambda: place.write_bytes(place.read_bytes()[:1000]), "Parquet magic bytes not found"),
+        (lambda: place.write_bytes(b""), "Parquet file size is 0 bytes"),
+        (place.unlink, "its file is missing"),
+        (place.mkdir, "its file"),
+    ):
+        damage()
+        with pytest.raises(StoreError, match=reason) as caught:
+            library.files.open(run_id)
+        assert str(place.parent) not in str(caught.value)
 
 
 def test_telemetry_on_another_disk(tmp_path: Path, simulated, monkeypatch) -> None:

@@ -114,7 +114,7 @@ class RunFiles:
         try:
             return parquet.ParquetFile(self._system.open_input_file(self.path(run_id)))
         except (OSError, pa.ArrowInvalid) as error:
-            raise _unreadable(run_id, error) from error
+            raise _unreadable(run_id, error, self.path(run_id)) from error
 
     def digest(self, run_id: str) -> str:
         """Return the SHA-256 of the telemetry of a run.
@@ -130,7 +130,7 @@ class RunFiles:
                 while piece := stream.read(_PIECE):
                     found.update(piece)
         except OSError as error:
-            raise _unreadable(run_id, error) from error
+            raise _unreadable(run_id, error, self.path(run_id)) from error
         return found.hexdigest()
 
     def delete(self, run_id: str) -> None:
@@ -231,8 +231,8 @@ def _move(source: Path, target: Path) -> None:
             source.unlink()
 
 
-def _unreadable(run_id: str, error: Exception) -> StoreError:
+def _unreadable(run_id: str, error: Exception, path: str) -> StoreError:
     told = f"the telemetry of {run_id} cannot be read"
     if isinstance(error, FileNotFoundError):  # whose text names the folder of the data
         return Unknown(f"{told}: its file is missing")
-    return StoreError(f"{told}: {error}")
+    return StoreError(f"{told}: {str(error).replace(path, 'its file')}")
