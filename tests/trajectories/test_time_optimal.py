@@ -173,6 +173,22 @@ def test_a_nearly_straight_spline_is_no_slower_than_the_seven_phases() -> None:
     assert fast <= sample(DrawnPath.model_validate(table)).ticks
 
 
+@pytest.mark.parametrize(
+    "limit",
+    [{"v_max": 3e-4, "a_max": 1.0, "j_max": 20.0}, {"v_max": 0.3, "a_max": 1e-4, "j_max": 20.0}],
+)
+def test_limits_along_the_path_alone_give_the_seven_phases_unsolved(
+    limit: dict[str, float], motor: PlannedMotor, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Minutes of motion would be a million ticks for every attempt of the solver.
+    monkeypatch.setattr("motionlab.trajectories.time_optimal.solve", None)
+    path = next(random_splines(seed=902, count=1)) | limit
+    reference = sample(time_optimal(path, motor))
+    phases = sample(DrawnPath.model_validate(path | {"law": "jerk_limited"}))
+    assert reference.notes == ()
+    assert abs(reference.ticks - phases.ticks) <= 3
+
+
 def test_a_cusp_between_two_points_is_passed_slowly(motor: PlannedMotor) -> None:
     # The curvature radius is 2 um between the ninth point and the tenth.
     points = [[16.6, -2.1], [21.8, 13.1], [9.7, 22.4], [-7.3, 28.3], [-12.4, 13.7], [-37.4, 10.7]]

@@ -117,8 +117,10 @@ def plan_leg(path: Path, ends: tuple[float, float], edges: int, motor: Motor, al
         cells = _straight(path, ends, motor, along)
         if cells is not None:
             return Leg(cells, converged=True)
-    solved, converged = _solved(path, ends, edges, motor, along)
     phases = _seven_phases(ends, along.v_max, along.a_max, along.j_max)
+    if _excess(path, phases, motor, along).max() <= 1.0 + _ROUNDING:
+        return Leg(phases, converged=True)  # nothing is faster within the limits along the path
+    solved, converged = _solved(path, ends, edges, motor, along)
     if solved is None:
         return Leg(_stretched(path, phases, motor, along), converged=False)
     # A stretched profile is never shorter: most are longer without it.
