@@ -2,7 +2,7 @@ import { describe, expect, it } from 'vitest';
 import type { Metrics, Scenario } from '../../app/api/types';
 import { headline, sentence } from './headline';
 
-const run = (a: number | null, b: number | null, y = 0) =>
+const run = (a: number | null, b: number | null, y: number | null = 0) =>
   ({
     variants: {
       A: { axes: { x: { max_abs_following_error: a } } },
@@ -31,6 +31,11 @@ describe('the headline', () => {
     );
     expect(text(null, { A: 0.3, B: 0.4 })).toMatch(/^A and B are unstable/);
     expect(text(null)).toBe('No result yet');
+  });
+
+  it('is of A alone while B has not run on the drive', () => {
+    expect(text(run(20.5e-6, null, null))).toBe('A 20.5 µm');
+    expect(headline(run(20.5e-6, null, null), ['A', 'B'], {}, '').sizes).toEqual([20.5e-6]);
   });
 
   it('is of the axis on which B errs most, and names it', () => {

@@ -29,7 +29,7 @@ function nothing(figure: string, bad = false): Headline {
 }
 
 /**
- * Returns the headline of a result: the largest following error of the last variant shown, on the
+ * Returns the headline of a result: the largest following error of the last variant with one, on the
  * axis on which it is largest, against that of the first one on the same axis.
  */
 export function headline(
@@ -38,20 +38,22 @@ export function headline(
   diverged: Readonly<Record<string, number>>,
   waiting: string,
 ): Headline {
-  const [a = '', b = a] = shown;
+  const [a = '', last = a] = shown;
   const gone = shown.filter((name) => name in diverged);
   const when = (name: string) => `${digits(diverged[name] ?? 0)} s`;
-  if (gone.includes(b)) {
+  if (gone.includes(last)) {
     const both = gone.length > 1 && gone.length === shown.length;
     return both
       ? nothing(
           `${shown.join(' and ')} are unstable: the runs ended at ${gone.map(when).join(' and ')}`,
           true,
         )
-      : { ...nothing(`is unstable: its run ended at ${when(b)}`, true), variant: b };
+      : { ...nothing(`is unstable: its run ended at ${when(last)}`, true), variant: last };
   }
   const sizeOf = (variant: string, axis: Axis) =>
     metrics?.variants[variant]?.axes[axis]?.max_abs_following_error ?? null;
+  // On a drive the first one runs before the last one.
+  const b = AXES.some((each) => sizeOf(last, each) !== null) ? last : a;
   const axis = AXES.reduce<Axis | null>((worst, each) => {
     const size = sizeOf(b, each);
     if (size === null) return worst;

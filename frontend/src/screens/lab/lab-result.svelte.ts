@@ -37,7 +37,8 @@ class LabResult {
       return app.whatif.standing === 'failed' ? 'Not computed' : 'Simulating…';
     }
     const { state } = app.session.info ?? {};
-    if (app.session.variant !== '') return driveEmptyText(app.session.variant, state);
+    const { variant, time } = app.session;
+    if (variant !== '') return driveEmptyText(variant, state, time);
     if (parts.onDrive) return 'No result yet: nothing has run on the drive';
     if (state === 'playing') return 'No result yet: it has just begun';
     const stopped = state === 'stopped' || state === 'stopping';
