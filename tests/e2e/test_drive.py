@@ -109,6 +109,11 @@ def run_with_a_reload(page: Page, server: Server) -> None:
     expect(scenario.get_by_role("button", name="B moves")).to_be_visible()
 
 
+def kept(page: Page, server: Server) -> list[dict[str, Any]]:
+    """Return the runs of drives."""
+    return page.request.get(f"{server.url}{API}/runs?q=kind:drive").json()["runs"]
+
+
 def test_a_then_b_and_a_stop_by_somebody_else(
     page: Page, server: Server, browser: Browser, refusals: list[str]
 ) -> None:
@@ -132,7 +137,12 @@ def test_a_then_b_and_a_stop_by_somebody_else(
     a, b = (float(cell) for cell in first.first.get_by_role("cell").all_inner_texts()[:2])
     assert 0.0 < b < a < 100.0  # um
 
-    runs = page.request.get(f"{server.url}{API}/runs?q=kind:drive").json()["runs"]
+    until(
+        page,
+        "both runs are complete",
+        lambda: "recording" not in {run["state"] for run in kept(page, server)},
+    )
+    runs = kept(page, server)
     names = {"circle A on Virtual drive", "circle B on Virtual drive"}
     assert {run["name"] for run in runs} == names
     assert {run["state"] for run in runs} == {"complete"}
