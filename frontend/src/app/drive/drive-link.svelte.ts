@@ -10,8 +10,8 @@ const FAST = 200;
 const SLOW = 1000;
 /** A question without an answer for this long, ms, is asked again. */
 const ATTEMPT = 2000;
-/** An answer that is older than this, ms, no longer counts as the state of now. */
-const MISSING = 1000;
+/** An answer older than this, ms, is not the state of now; the next look says so within a second. */
+const MISSING = 800;
 /** Where this browser keeps the name under which others see what it does. */
 export const NAME = 'drive-name';
 const TORQUE = ['arming', 'holding', 'moving', 'testing', 'stopping'];

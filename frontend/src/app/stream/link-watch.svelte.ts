@@ -2,8 +2,8 @@
 
 import { ageText } from '../../ui/units';
 
-/** Missing data count after this time, ms. */
-const MISSING = 1000;
+/** Missing data count after this time, ms: with the next look they are said within a second. */
+const MISSING = 800;
 /** Without news for this long while nothing moves, ms, the server is asked for a sign of life. */
 const QUIET = 2000;
 /** After this long, ms, a stream that is silent although the server answers is opened anew. */
