@@ -11,8 +11,12 @@ import httpx
 import numpy as np
 import pytest
 
+from motionlab.config.load import epochs, load_scenario
 from motionlab.config.shipped import names
+from motionlab.simulation.loop_check import run_loops
+from motionlab.simulation.prepare import limit_sets
 from motionlab.store.trajectories import TrajectoryStore
+from motionlab.trajectories.trajectory_check import examine
 from tests.service.live import API
 
 PATH: dict[str, Any] = {
@@ -121,6 +125,22 @@ def test_bad_input_names_its_field(client: httpx.Client, change: dict[str, Any],
         answer = client.request(method, API + path, json=body)
         assert answer.status_code == 422
         assert [field["loc"] for field in answer.json()["errors"]] == [loc]
+
+
+def test_the_check_runs_the_loops_if_asked(client: httpx.Client) -> None:
+    asked = {"loops": None, "loops_window": None, "loops_not_run": "not asked for"}
+    assert asked.items() <= check(client, PATH)[0].items()
+    refused, _ = check(client, TOO_HARD, loops=True)
+    assert refused["loops"] is None
+    assert refused["loops_not_run"] == "the motor cannot follow the motion"
+    head, _ = check(client, PATH, loops=True)
+    scenario = load_scenario("circle", {"trajectory": PATH})
+    found = examine(scenario.trajectory, limit_sets(tuple(epochs(scenario))), bins=10)
+    expected = json.loads(json.dumps(run_loops(scenario, found).document()))
+    assert {key: head[key] for key in expected} == expected
+    assert [each["variant"] for each in head["loops"]] == ["A", "B"]
+    answer = client.post(f"{API}/trajectories/slow", json={"trajectory": PATH, "loops": True})
+    assert answer.status_code == 422
 
 
 def test_slowing_down_makes_it_feasible(client: httpx.Client) -> None:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import tomli_w
 
 import motionlab
 from motionlab.cli.main import main
@@ -15,7 +18,9 @@ from motionlab.errors import Infeasible
 from motionlab.force_sharing.ripple import reachable_over
 from motionlab.kernel.force_maps import force_model
 from motionlab.lanes.bank import TABLES
+from motionlab.simulation.loop_check import Loops, run_loops
 from motionlab.simulation.prepare import limit_sets, planned_for, prepare
+from motionlab.trajectories.trajectory_check import examine
 from tests.trajectories.random_splines import random_splines
 
 FAST = {"kind": "path", "law": "time_optimal", "v_max": 1.0, "a_max": 10.0, "j_max": 2000.0}
@@ -67,6 +72,82 @@ def test_feedback_keeps_motions_at_the_limit_of_thrust() -> None:
         assert limited[0] > 0.3  # planned for all that the sharing realises
         assert limited[1] < 0.08  # at reversals, where friction changes its sign
         assert max(errors) < 30e-6
+
+
+@pytest.mark.filterwarnings("ignore::motionlab.RunWarning")  # both are at their limits
+def test_the_check_tells_which_loops_reach_their_limits(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    path = next(random_splines(seed=902, count=1)) | FAST
+    file = tmp_path / "path.toml"
+    file.write_text(tomli_w.dumps(path))
+    assert main(["check", str(file), "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert main(["check", str(file)]) == 0
+    printed = capsys.readouterr().out
+    assert "can be followed, but A and B reach their limits;" in printed
+    result = motionlab.run("circle", set={"trajectory": path}).document
+    assert document["loops_window"] == [result["window"]["start"], result["window"]["end"]]
+    assert document["loops_not_run"] is None
+    for each in document["loops"]:
+        axes = result["variants"][each["variant"]]["axes"]
+        for key in ("saturated_fraction", "max_abs_following_error"):
+            assert each[key] == {axis: axes[axis][key] for axis in AXES}
+        assert each["saturated_fraction"]["y"] > 0.1
+        assert f"{100 * each['saturated_fraction']['y']:.3g} %" in printed
+    assert not document["loops"][1]["feedforward"]
+
+
+def test_the_check_tells_that_no_loop_reaches_its_limits(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["check", "circle", "--json"]) == 0
+    loops = json.loads(capsys.readouterr().out)["loops"]
+    assert [each["variant"] for each in loops] == ["A", "B"]
+    assert all(each["saturated_fraction"] == {"x": 0.0, "y": 0.0} for each in loops)
+    assert main(["check", "circle"]) == 0
+    assert capsys.readouterr().out.startswith("circle: can be followed; ")
+
+
+def test_a_loop_that_diverges_is_at_its_limits(capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ["check", "circle", "--set", "divergence_error=1e-5"]
+    assert main([*arguments, "--json"]) == 0
+    loops = json.loads(capsys.readouterr().out)["loops"]
+    assert [each["diverged"] for each in loops] == [True, False]
+    assert main(arguments) == 0
+    first, *_, row, _other, _about = capsys.readouterr().out.splitlines()
+    assert first.startswith("circle: can be followed, but A reaches its limits; ")
+    assert row.split()[-5:] == ["-", "-", "-", "-", "diverged"]
+
+
+@pytest.mark.parametrize(
+    ("change", "code", "reason"),
+    [
+        ("trajectory.laps=60", 0, "the motion takes 181.5 s, more than 120 s"),
+        ("trajectory.frequency=3.0", 1, "the motor cannot follow the motion"),
+        ("window={start=1.0,end=99.0}", 0, "window.end: lies after the end of the trajectory"),
+    ],
+)
+def test_the_check_tells_why_no_loop_was_run(
+    change: str, code: int, reason: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["check", "circle", "--set", change, "--json"]) == code
+    document = json.loads(capsys.readouterr().out)
+    assert document["loops"] is None
+    assert document["loops_window"] is None
+    assert document["loops_not_run"].startswith(reason)
+    assert main(["check", "circle", "--set", change]) == code
+    assert f"The loops of the variants were not run: {reason}" in capsys.readouterr().out
+
+
+def test_many_variants_are_not_run_by_the_check() -> None:
+    scenario = load_scenario("circle", {"trajectory.laps": 35})
+    variants = dict.fromkeys("ABCDEF", scenario.variants["B"])
+    scenario = scenario.model_copy(update={"variants": variants})
+    found = examine(scenario.trajectory, limit_sets(tuple(epochs(scenario))), bins=10)
+    assert run_loops(scenario, found) == Loops(
+        loops_not_run="6 variants of 106.5 s each are more than 600 s of simulated time"
+    )
 
 
 def test_the_refusal_and_the_check_say_the_reserve(capsys: pytest.CaptureFixture[str]) -> None:

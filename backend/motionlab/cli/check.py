@@ -14,6 +14,7 @@ from motionlab.studies.options import add_json, add_set, source
 if TYPE_CHECKING:
     from motionlab.config.scenario import Scenario
     from motionlab.config.trajectory import TrajectoryConfig
+    from motionlab.simulation.loop_check import Loops
     from motionlab.trajectories.trajectory_check import Examination
 
 EXAMPLES = """\
@@ -36,7 +37,9 @@ def add(commands: Any) -> None:
         "check",
         help="check whether the motor can follow a trajectory",
         description="Check a scenario, and whether its motor can follow its trajectory: every "
-        "place where it cannot, and how much slower it could. The exit code is 1 if it cannot.",
+        "place where it cannot, and how much slower it could. Where it can, every variant is run "
+        "along it (up to 120 s): a loop may ask for more than the currents give. The exit code is "
+        "1 if the motor cannot follow.",
         epilog=EXAMPLES,
     )
     parser.add_argument(
@@ -61,6 +64,7 @@ def add(commands: Any) -> None:
 
 def _check(options: argparse.Namespace) -> int:
     from motionlab.config.load import epochs
+    from motionlab.simulation.loop_check import run_loops
     from motionlab.simulation.prepare import limit_sets, planned
     from motionlab.trajectories.trajectory_check import examine
 
@@ -68,10 +72,11 @@ def _check(options: argparse.Namespace) -> int:
     limits = limit_sets(tuple(epochs(scenario)))
     found = examine(scenario.trajectory, limits, bins=_BINS)
     remedy = None if found.feasible else slower(scenario)
+    loops = run_loops(scenario, found)
     if options.json:
-        print(json.dumps(_document(found, remedy), allow_nan=False))
+        print(json.dumps(_document(found, remedy, loops), allow_nan=False))
     else:
-        show("\n".join(_report(options.scenario, found, remedy)))
+        show("\n".join(_report(options.scenario, found, remedy, loops)))
     return DONE if found.feasible else FAILED
 
 
@@ -159,7 +164,7 @@ def _short(value: Any) -> Any:
     return float(f"{value:.4g}") if isinstance(value, float) else value
 
 
-def _document(found: Examination, remedy: Slower | None) -> dict[str, Any]:
+def _document(found: Examination, remedy: Slower | None, loops: Loops) -> dict[str, Any]:
     return {
         "feasible": found.feasible,
         "duration": found.duration,
@@ -169,14 +174,18 @@ def _document(found: Examination, remedy: Slower | None) -> dict[str, Any]:
         "violation_count": found.violation_count,
         "thrust_reserve": found.reserve,
         "notes": found.notes,
+        **loops.document(),
         "slower": None if remedy is None else {"stretch": remedy.stretch, "set": dict(remedy)},
     }
 
 
-def _report(name: str, found: Examination, remedy: Slower | None) -> list[str]:
+def _report(name: str, found: Examination, remedy: Slower | None, loops: Loops) -> list[str]:
     from motionlab.tables import table
 
     verdict = "can be followed" if found.feasible else "cannot be followed"
+    if limited := [each.variant for each in loops.loops or () if each.limited]:
+        reach = "reach their limits" if len(limited) > 1 else "reaches its limits"
+        verdict += f", but {' and '.join(limited)} {reach}"
     lines = [
         f"{name}: {verdict}; {found.duration:.6g} s, {found.length:.4g} m in "
         f"{found.examined:.6g} s",
@@ -209,6 +218,35 @@ def _report(name: str, found: Examination, remedy: Slower | None) -> list[str]:
         lines.append(f"and {found.violation_count - _SHOWN} more; --json lists the worst")
     if found.notes:
         lines += ["", *found.notes]
+    lines += ["", *_loops(loops)]
     if not found.feasible:
         lines += ["", str(remedy or "no slower one can be: move or shrink it, or smooth its jumps")]
     return lines
+
+
+def _loops(found: Loops) -> list[str]:
+    """Return a table of how each variant follows the motion, or why none was run."""
+    from motionlab.config.planar import AXES
+    from motionlab.tables import table
+
+    if found.loops is None or found.loops_window is None:
+        return [f"The loops of the variants were not run: {found.loops_not_run}."]
+    rows = []
+    for each in found.loops:
+        shares = [each.saturated_fraction.get(axis) for axis in AXES]
+        errors = [each.max_abs_following_error.get(axis) for axis in AXES]
+        rows.append(
+            (
+                each.variant,
+                each.label,
+                *("-" if share is None else f"{100 * share:.3g} %" for share in shares),
+                *("-" if error is None else f"{1e6 * error:.4g} um" for error in errors),
+                "diverged" if each.diverged else "",
+            )
+        )
+    heads = ("", "variant", "limited x", "y", "max |e| x", "y", "")
+    start, end = found.loops_window
+    return [
+        table(heads, rows, right={2, 3, 4, 5}),
+        f"limited: share of {start:.6g} to {end:.6g} s with the command or a current at its limit",
+    ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
+from collections.abc import Callable
 from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Body, HTTPException, Path, Query, Request, Response
@@ -23,6 +24,7 @@ from motionlab.service.http.strict_json import JsonRoute
 from motionlab.service.routes.simulate import ChangedScenario
 from motionlab.service.worker_answers import ComputedResponse, called, computed
 from motionlab.service.workers.worker import Call
+from motionlab.simulation.loop_check import Loops, run_loops
 from motionlab.simulation.prepare import Epochs, limit_sets, needs_plan, planned_for
 from motionlab.store.trajectories import KINDS, TrajectoryStore
 from motionlab.trajectories.corners import drawn
@@ -49,13 +51,26 @@ Name = Annotated[
 Table = Annotated[dict[str, Any], TrajectoryTable()]
 
 
-class CheckRequest(ChangedScenario):
+class SlowRequest(ChangedScenario):
     """A trajectory, and the scenario whose motor and controllers are to follow it."""
 
     model_config = examples({"scenario": "circle", "trajectory": EXAMPLE_PATH})
 
     trajectory: Table = Field(description="`kind` and its numbers")
     points: int = Field(default=600, ge=10, le=20_000, description="Bins of each profile at most")
+
+
+class CheckRequest(SlowRequest):
+    """A trajectory, the scenario whose motor and controllers are to follow it, and whether to run.
+
+    The loops are run along a feasible motion of at most 120 s, 600 s summed over variants.
+    """
+
+    loops: bool = Field(
+        default=False,
+        strict=True,
+        description="Run every variant along it too; docs/trajectories.md",
+    )
 
 
 class TrajectoryEntry(BaseModel):
@@ -200,7 +215,7 @@ async def export_trajectory(request: Request, body: Annotated[WriteRequest, Body
 )
 async def check_trajectory(request: Request, body: Annotated[CheckRequest, Body()]) -> Response:
     """Check a trajectory against a scenario's limits, for drawing; 200 also if it is infeasible."""
-    answer = await called(request, _examined, body, light=True)
+    answer = await called(request, _examined, body, light=not body.loops)
     return ComputedResponse(answer, media_type=MEDIA_TYPE)
 
 
@@ -210,7 +225,7 @@ async def check_trajectory(request: Request, body: Annotated[CheckRequest, Body(
     response_model=SlowedTrajectory,
     responses=responses(400, 413, 415, 422, 429, 503),
 )
-async def slow_trajectory(request: Request, body: Annotated[CheckRequest, Body()]) -> Response:
+async def slow_trajectory(request: Request, body: Annotated[SlowRequest, Body()]) -> Response:
     """Stretch a trajectory in time, no more than needed, until the motor can follow it."""
     return await computed(request, _slowed, body)
 
@@ -297,15 +312,20 @@ def _written(_: Call, body: WriteRequest) -> bytes:
     return write_trajectory(_trajectory(body), body.format).encode()
 
 
-def _examined(_: Call, body: CheckRequest) -> bytes:
-    return _checked(body)
+def _examined(call: Call, body: CheckRequest) -> bytes:
+    return _checked(body, call.hold)
 
 
-def _checked(body: CheckRequest) -> bytes:
+def _checked(body: CheckRequest, hold: Callable[[int], None] = lambda _size: None) -> bytes:
     trajectory = _trajectory(body)
     found = examine(trajectory, _limits(body), bins=body.points)
     curves = [each for p in found.profiles for each in (p.minimum, p.maximum)]
-    head = _head(found) | {"outline": None, "drawn": None}
+    loops = Loops(loops_not_run="not asked for")
+    if body.loops:
+        (_, scenario), *_ = _epochs_of(json.dumps([body.scenario, body.set]))
+        changed = scenario.model_copy(update={"trajectory": trajectory})
+        loops = run_loops(changed, found, hold)
+    head = _head(found) | loops.document() | {"outline": None, "drawn": None}
     if not isinstance(trajectory, DrawnPath):
         path = drawn(trajectory)
         head["drawn"] = path and path.model_dump(mode="json")
@@ -346,7 +366,7 @@ def _head(found: Examination) -> dict[str, Any]:
     }
 
 
-def _slowed(body: CheckRequest) -> SlowedTrajectory:
+def _slowed(body: SlowRequest) -> SlowedTrajectory:
     limits = _limits(body)
     slower, stretch = slow_down(_trajectory(body), limits)
     duration = examine(slower, limits, bins=10).duration
@@ -355,7 +375,7 @@ def _slowed(body: CheckRequest) -> SlowedTrajectory:
     )
 
 
-def _trajectory(body: CheckRequest | WriteRequest) -> TrajectoryConfig:
+def _trajectory(body: SlowRequest | WriteRequest) -> TrajectoryConfig:
     """Return the trajectory, planned for the scenario's motor if it is time-optimal."""
     trajectory = validate_trajectory(body.trajectory)
     if not needs_plan(trajectory):
@@ -364,7 +384,7 @@ def _trajectory(body: CheckRequest | WriteRequest) -> TrajectoryConfig:
     return trajectory.model_copy(update={"planned_for": planned_for(scenario)})
 
 
-def _limits(body: CheckRequest) -> LimitSets:
+def _limits(body: SlowRequest) -> LimitSets:
     text = json.dumps([body.scenario, body.set])
     return _limits_of(text, map_digests(_epochs_of(text)))
 

@@ -3308,7 +3308,9 @@ export interface components {
         };
         /**
          * CheckRequest
-         * @description A trajectory, and the scenario whose motor and controllers are to follow it.
+         * @description A trajectory, the scenario whose motor and controllers are to follow it, and whether to run.
+         *
+         *     The loops are run along a feasible motion of at most 120 s, 600 s summed over variants.
          * @example {
          *       "scenario": "circle",
          *       "trajectory": {
@@ -3410,6 +3412,12 @@ export interface components {
              * @default 600
              */
             points: number;
+            /**
+             * Loops
+             * @description Run every variant along it too; docs/trajectories.md
+             * @default false
+             */
+            loops: boolean;
         };
         /**
          * CheckedExpression
@@ -12618,6 +12626,111 @@ export interface components {
             warnings: string[];
         };
         /**
+         * SlowRequest
+         * @description A trajectory, and the scenario whose motor and controllers are to follow it.
+         * @example {
+         *       "scenario": "circle",
+         *       "trajectory": {
+         *         "a_max": 1,
+         *         "kind": "path",
+         *         "points": [
+         *           [
+         *             0,
+         *             0
+         *           ],
+         *           [
+         *             0.01,
+         *             0.02
+         *           ],
+         *           [
+         *             0.03,
+         *             0.02
+         *           ]
+         *         ],
+         *         "v_max": 0.1
+         *       }
+         *     }
+         */
+        SlowRequest: {
+            /**
+             * Scenario
+             * @description Name of a shipped scenario, or its tables as in a TOML file; see /schema
+             * @default circle
+             */
+            scenario: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                /** @enum {string} */
+                base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                /**
+                 * Name
+                 * @description Short name
+                 * @default custom
+                 */
+                name: string;
+                /**
+                 * Title
+                 * @description One line for people
+                 * @default
+                 */
+                title: string;
+                /**
+                 * Description
+                 * @description What it shows and whose choice its numbers are
+                 * @default
+                 */
+                description: string;
+                /**
+                 * Seed
+                 * @description Seed of every noise source
+                 * @default 2019
+                 */
+                seed: number;
+                /**
+                 * Settling Band
+                 * @description Following error below which a move counts as settled
+                 * @default 0.000002
+                 */
+                settling_band: number;
+                /**
+                 * Divergence Error
+                 * @description Following error beyond which a variant has diverged
+                 * @default 0.02
+                 */
+                divergence_error: number;
+                /**
+                 * thrust reserve
+                 * @description Share of the force sharing's linear range that a motion leaves to feedback to be feasible
+                 * @default 0.12
+                 */
+                thrust_reserve: number;
+                plant?: string | Record<string, never>;
+                trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                variants?: {
+                    [key: string]: Record<string, never>;
+                };
+                load?: Record<string, never>;
+                schedule?: Record<string, never>[];
+                window?: Record<string, never> | null;
+            } | unknown | unknown);
+            /**
+             * Set
+             * @description Dotted path to value, SI; all applied together before validation
+             */
+            set?: {
+                [key: string]: unknown;
+            };
+            /**
+             * Trajectory
+             * @description `kind` and its numbers
+             */
+            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Samples"] | components["schemas"]["Sequence"];
+            /**
+             * Points
+             * @description Bins of each profile at most
+             * @default 600
+             */
+            points: number;
+        };
+        /**
          * SlowedTrajectory
          * @description A trajectory that the motor can follow.
          */
@@ -16366,7 +16479,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["CheckRequest"];
+                "application/json": components["schemas"]["SlowRequest"];
             };
         };
         responses: {
