@@ -202,6 +202,8 @@ class Infeasible(MotionLabError):
         Unit of `value` and `limit`.
     note : str
         What the limit leaves out.
+    remedy : str
+        What to do, where that is known.
     """
 
     def __init__(  # noqa: PLR0913 - one keyword for each fact the user needs
@@ -215,6 +217,7 @@ class Infeasible(MotionLabError):
         limit: tuple[float, float],
         unit: str,
         note: str = "",
+        remedy: str = "",
     ) -> None:
         self.quantity = quantity
         self.axis = axis
@@ -224,11 +227,18 @@ class Infeasible(MotionLabError):
         self.limit = limit
         self.unit = unit
         self.note = note
+        self.remedy = remedy
         super().__init__(
             f"trajectory: {quantity} on {axis} is {_beyond(value, limit)} {unit} "
             f"at t = {time:.4f} s, x = {place[0]:.6g} m, y = {place[1]:.6g} m; "
             f"allowed {limit[0]:.6g} to {limit[1]:.6g} {unit}{note and f', {note}'}"
+            f"{remedy and f'; {remedy}'}"
         )
+
+    def with_remedy(self, remedy: str) -> Infeasible:
+        """Return the same error with what to do about it."""
+        facts: dict[str, Any] = vars(self) | {"remedy": remedy}
+        return Infeasible(**facts)
 
 
 def _beyond(value: float, limit: tuple[float, float]) -> str:

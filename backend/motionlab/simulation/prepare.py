@@ -19,13 +19,14 @@ from motionlab.config.plant import PlantConfig
 from motionlab.config.scenario import LoadConfig, Scenario
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.config.trajectory import TrajectoryConfig
-from motionlab.errors import ConfigError, FieldError
+from motionlab.errors import ConfigError, FieldError, Infeasible
 from motionlab.kernel.build import motion_limits
 from motionlab.kernel.force_maps import check_maps, map_digests
 from motionlab.kernel.planned_motor import planned_motor
 from motionlab.progress import watch_compilation
 from motionlab.simulation.inputs import load_force
 from motionlab.telemetry.channels import CHANNELS, REFERENCES
+from motionlab.trajectories.cusps import cusp_note
 from motionlab.trajectories.feasibility import check
 from motionlab.trajectories.motion_limits import MotionLimits, Span
 from motionlab.trajectories.reference import Reference, sample
@@ -225,7 +226,10 @@ def limit_sets(changes: Epochs) -> list[tuple[Span, MotionLimits]]:
 def _check_feasibility(trajectory: TrajectoryConfig, changes: Epochs) -> None:
     """Check the motion against the limits of each variant between scheduled changes."""
     for span, decides, maps in _deciding(changes):
-        _check(trajectory, decides, span, maps)
+        try:
+            _check(trajectory, decides, span, maps)
+        except Infeasible as error:
+            raise error.with_remedy(cusp_note(trajectory)) from None
 
 
 def _deciding(changes: Epochs) -> list[tuple[Span, _Deciding, _Digests]]:

@@ -197,6 +197,42 @@ def cubics(points: Sequence[Vector], *, closed: bool, corners: Sequence[int] = (
     return np.stack((a, a + b / 3, a + (2 * b + c) / 3, a + b + c + d), axis=1)
 
 
+def slow_places(points: Sequence[Vector], *, closed: bool, corners: Sequence[int] = ()) -> Array:
+    """Return the arc lengths, m, in order, at which a spline slows down much in its parameter.
+
+    There the length of its derivative has a local minimum below a tenth of its mean; where a spline
+    turns back on itself it is zero. A place at a node may be returned twice.
+
+    Parameters
+    ----------
+    points, closed, corners
+        As of `spline`.
+    """
+    knots, cubic = _fit(points, closed=closed, breaks=corners)
+    nodes = int(np.clip(_NODES // cubic.shape[1], *_NODES_PER_EDGE))
+    arc_lengths, parameters, _ = _table(cubic, knots, nodes)
+    edge = np.repeat(np.arange(cubic.shape[1]), nodes)
+    _, b, c, d = cubic[:, edge]
+    start = parameters[:-1] - knots[edge]
+    width = (np.diff(knots) / nodes)[edge]
+
+    def slope(u: Array) -> Array:
+        return b + u[:, None] * (2.0 * c + u[:, None] * (3.0 * d))
+
+    # Between two nodes the derivative is nearly linear: where is it closest to zero?
+    first = slope(start)
+    change = slope(start + width) - first
+    share = -np.sum(first * change, axis=1) / np.maximum(np.sum(change**2, axis=1), 1e-300)
+    least = np.hypot(*(first + share[:, None] * change).T)
+    found = (np.abs(share - 0.5) < 0.51) & (least < 0.1 * arc_lengths[-1] / knots[-1])
+    ways = [
+        arc_lengths[i] + _arcs(cubic[:, edge[i]], start[i : i + 1], u)[0][0]
+        for i in np.flatnonzero(found)
+        for u in [start[i : i + 1] + np.clip(share[i], 0.0, 1.0) * width[i]]
+    ]
+    return np.array(ways)
+
+
 def _fit(points: Sequence[Vector], *, closed: bool, breaks: Sequence[int]) -> tuple[Array, Array]:
     """Return centripetal knots and the coefficients between them, (4, edges, 2), constant first."""
     return _fitted(tuple(map(tuple, points)), closed, tuple(breaks))

@@ -14,6 +14,7 @@ from motionlab.config.shapes import Circle, Polygon, Star
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.lanes import cached
+from motionlab.trajectories.cusps import cusp_note
 from motionlab.trajectories.motion_limits import (
     ALWAYS,
     QUANTITIES,
@@ -123,7 +124,7 @@ class Examination:
     violation_count : int
         How many there are.
     notes : list of str
-        What a user must know of the motion, such as that a faster one may exist.
+        What a user must know of the motion: that a faster one may exist, or where it turns back.
     reserve : float
         Share of the thrust that the limits leave to feedback.
     """
@@ -189,9 +190,16 @@ def examine(trajectory: TrajectoryConfig, limits: LimitSets, *, bins: int) -> Ex
         peaks=_peaks(first),
         violations=violations,
         violation_count=count,
-        notes=list(reference.notes),
+        notes=_notes(trajectory, reference, feasible=count == 0),
         reserve=limits[0][1].reserve,
     )
+
+
+def _notes(trajectory: TrajectoryConfig, reference: Reference, *, feasible: bool) -> list[str]:
+    if feasible:
+        return list(reference.notes)
+    note = cusp_note(trajectory)
+    return [note] if note else []
 
 
 def _one_lap(trajectory: TrajectoryConfig) -> TrajectoryConfig:
