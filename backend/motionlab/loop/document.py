@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, ConfigDict, Field
 
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
@@ -38,8 +38,12 @@ class LoopAt(BaseModel):
 class WorstMargin(BaseModel):
     """The worst value of a margin, and where it is."""
 
+    model_config = ConfigDict(extra="forbid")
+
     value: float
-    velocity: float = Field(description="m/s; 0 at standstill")
+    velocity: float = Field(
+        description="Sliding velocity; 0 at standstill", json_schema_extra={"unit": "m/s"}
+    )
 
 
 class WorstOfAxis(BaseModel):

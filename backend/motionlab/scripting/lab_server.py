@@ -79,7 +79,9 @@ class LabServer:
             raise ConfigError(FieldError("token", "must be text"))  # its value is not told
         if token is not None and not _VISIBLE.fullmatch(token):
             allowed = "ASCII without blanks and line ends"
-            raise ConfigError(FieldError("token", "has a character that no header can carry", range=allowed))
+            raise ConfigError(
+                FieldError("token", "has a character that no header can carry", range=allowed)
+            )
         self.headers = {"Authorization": f"Bearer {token}"} if token else {}
 
     def call(

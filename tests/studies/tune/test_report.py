@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from motionlab.studies.tune.document import GainMargins, GainMetrics, TunedAxis, WorstMargin
+from motionlab.loop.document import WorstMargin
+from motionlab.studies.tune.document import GainMargins, GainMetrics, TunedAxis
 from motionlab.studies.tune.report import WorstMotor, worst_of
 
 

@@ -31,7 +31,7 @@ UNKNOWN_SECONDS = 60.0
 ID_HEADER = b"x-request-id"
 _SERVER = logging.getLogger("uvicorn.error")  # where uvicorn logs all but requests
 _NO_REQUESTS = {"Invalid HTTP request received.", "Unsupported upgrade request."}
-_OF_SOCKETS = re.compile(r'"WebSocket |^connection ')
+_OF_SOCKETS = re.compile(r'"WebSocket |^connection |^ASGI callable returned without ')
 _ID = re.compile(rb"[A-Za-z0-9._-]{1,64}")
 _PATH_MAX = 500  # characters
 _OURS = secrets.token_hex(4)
@@ -146,7 +146,8 @@ def _note_unknown(count: int) -> None:
 class _NoRequests(logging.Filter):
     """Bound what uvicorn logs of bytes that are no request: any client may send them.
 
-    Its lines of websockets go: they have the query, and the access log has one of its own.
+    Its lines of websockets go: they have the query, each that is refused by an answer is called an
+    error, and the access log has lines of its own.
     """
 
     def __init__(self) -> None:

@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from motionlab.loop.document import WorstMargin
 from motionlab.loop.family import LoopFamily, VelocityMargin
 from motionlab.studies.tune.axis_group import Group
 from motionlab.studies.tune.document import (
@@ -15,7 +16,6 @@ from motionlab.studies.tune.document import (
     GainMargins,
     GainMetrics,
     TunedAxis,
-    WorstMargin,
 )
 from motionlab.studies.tune.evaluation import Tried, Verdict
 from motionlab.studies.tune.trials import Outcome

@@ -6,6 +6,8 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from motionlab.loop.document import WorstMargin
+
 
 def _si(description: str, unit: str) -> Any:
     return Field(description=description, json_schema_extra={"unit": unit})
@@ -27,13 +29,6 @@ class GainMetrics(_Document):
     effort: float | None = _si("Root mean square of the thrust", "N")
     force: float | None = _si("Largest thrust", "N")
     saturated: float | None = _si("Share of ticks with force or current at its limit", "1")
-
-
-class WorstMargin(_Document):
-    """Worst value of a margin, and the velocity there."""
-
-    value: float
-    velocity: float = _si("Sliding velocity; 0 at standstill", "m/s")
 
 
 class GainMargins(_Document):

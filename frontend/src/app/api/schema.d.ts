@@ -6376,11 +6376,11 @@ export interface components {
              */
             stable: boolean;
             /** @description Factor up, or down, to the stability boundary */
-            gain_margin: components["schemas"]["motionlab__studies__tune__document__WorstMargin"] | null;
+            gain_margin: components["schemas"]["WorstMargin"] | null;
             /** @description Distance of arg L from -180 degrees */
-            phase_margin: components["schemas"]["motionlab__studies__tune__document__WorstMargin"] | null;
+            phase_margin: components["schemas"]["WorstMargin"] | null;
             /** @description Peak of the sensitivity */
-            Ms: components["schemas"]["motionlab__studies__tune__document__WorstMargin"] | null;
+            Ms: components["schemas"]["WorstMargin"] | null;
         };
         /**
          * GainMetrics
@@ -14523,6 +14523,19 @@ export interface components {
             };
         };
         /**
+         * WorstMargin
+         * @description The worst value of a margin, and where it is.
+         */
+        WorstMargin: {
+            /** Value */
+            value: number;
+            /**
+             * Velocity
+             * @description Sliding velocity; 0 at standstill
+             */
+            velocity: number;
+        };
+        /**
          * WorstOfAxis
          * @description The worst margins of one axis, at standstill and from 0.5 to 4 Stribeck velocities.
          *
@@ -14541,11 +14554,11 @@ export interface components {
              */
             velocity: number;
             /** @description Smallest factor, up or down, to the stability boundary */
-            gain_margin: components["schemas"]["motionlab__loop__document__WorstMargin"] | null;
+            gain_margin: components["schemas"]["WorstMargin"] | null;
             /** @description rad */
-            phase_margin: components["schemas"]["motionlab__loop__document__WorstMargin"] | null;
+            phase_margin: components["schemas"]["WorstMargin"] | null;
             /** @description Peak of the sensitivity */
-            Ms: components["schemas"]["motionlab__loop__document__WorstMargin"] | null;
+            Ms: components["schemas"]["WorstMargin"] | null;
         };
         /**
          * WriteRequest
@@ -14653,32 +14666,6 @@ export interface components {
              * @enum {string}
              */
             format: "csv" | "points" | "svg" | "gcode";
-        };
-        /**
-         * WorstMargin
-         * @description The worst value of a margin, and where it is.
-         */
-        motionlab__loop__document__WorstMargin: {
-            /** Value */
-            value: number;
-            /**
-             * Velocity
-             * @description m/s; 0 at standstill
-             */
-            velocity: number;
-        };
-        /**
-         * WorstMargin
-         * @description Worst value of a margin, and the velocity there.
-         */
-        motionlab__studies__tune__document__WorstMargin: {
-            /** Value */
-            value: number;
-            /**
-             * Velocity
-             * @description Sliding velocity; 0 at standstill
-             */
-            velocity: number;
         };
         /**
          * Problem
