@@ -333,3 +333,24 @@ def test_the_solver_has_the_derivatives_of_its_constraints(rows: int) -> None:
     # Nothing is left for the intervals at the ends: they follow their neighbours.
     assert not dense[:, :, 0].any()
     assert not dense[:, :, -1].any()
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"points": 2001}, r"trajectory.points: too many for law = 'time_optimal'.*<= 2000"),
+        (
+            {"points": 500, "geometry": "spline", "corners": list(range(1, 202))},
+            r"trajectory.corners: too many for law = 'time_optimal'.*<= 200",
+        ),
+        ({"points": 10, "geometry": "spline", "v_max": 1e-6}, "trajectory: lasts too long"),
+        ({"points": 10, "geometry": "polyline", "v_max": 1e-5}, "trajectory: lasts too long"),
+    ],
+)
+def test_what_takes_too_long_to_plan_is_refused(fields: dict[str, Any], message: str) -> None:
+    count = fields["points"]
+    points = [(-0.07 + 0.14 * k / count, 0.01 * (k % 2)) for k in range(count)]
+    limits = {"v_max": 1.0, "a_max": 10.0, "j_max": 2000.0}
+    table = {"kind": "path", "law": "time_optimal"} | limits | fields | {"points": points}
+    with pytest.raises(ConfigError, match=message):
+        prepare(load_scenario("circle", {"trajectory": table}))

@@ -14,7 +14,7 @@ from motionlab.config.drawn_path import DrawnPath
 from motionlab.config.timing import to_ticks
 from motionlab.errors import ConfigError, FieldError
 from motionlab.lanes import cached
-from motionlab.trajectories.motion import Piece, hold, whole_ticks
+from motionlab.trajectories.motion import Piece, hold, refuse_too_long, whole_ticks
 from motionlab.trajectories.motion_profile import (
     Law,
     cruise_ticks,
@@ -33,6 +33,11 @@ from motionlab.trajectories.time_optimal_check import Cells, at_rest, joined, on
 from motionlab.trajectories.time_optimal_limits import Along
 
 Interval = tuple[int, int]
+
+TIME_OPTIMAL_POINTS_MAX = 2000
+"""Most points of a time-optimal path: planning it takes seconds."""
+TIME_OPTIMAL_CORNERS_MAX = 200
+"""Most corners of a time-optimal spline."""
 
 STOPPING = ("minimum_jerk", "trapezoid", "jerk_limited")
 _MINIMUM_JERK, _TRAPEZOID, _ = range(len(STOPPING))
@@ -99,19 +104,25 @@ def _time_optimal(config: DrawnPath, curve: ArcLengthCurve) -> Piece:
     Raises
     ------
     ConfigError
-        If no motor's limits have been filled in.
+        If no motor's limits have been filled in, there are too many points or corners to plan, or
+        the motion lasts longer than an hour.
     """
     if config.planned_for is None:
         message = "law = 'time_optimal' needs planned_for; a scenario that is prepared has it"
         raise ConfigError(FieldError("trajectory.planned_for", message))
     assert config.v_max is not None and config.a_max is not None  # the model has made sure
     assert config.j_max is not None
+    stops = _stops(config, curve)
+    _refuse_too_many("trajectory.points", len(config.points), TIME_OPTIMAL_POINTS_MAX)
+    if config.geometry == "spline":
+        _refuse_too_many("trajectory.corners", len(config.corners), TIME_OPTIMAL_CORNERS_MAX)
     motor, along = motor_of(config.planned_for), Along(config.v_max, config.a_max, config.j_max)
     dwell = whole_ticks(config.dwell)
     legs: list[Cells] = []
     stretches: list[tuple[int, bool]] = []
     slower: list[tuple[float, float]] = []
-    for first, last in itertools.pairwise(_stops(config, curve)):
+    ticks = 0
+    for first, last in itertools.pairwise(stops):
         ends = float(curve.marks[first]), float(curve.marks[last])
         # A spline of one edge is a straight line.
         edges = 0 if config.geometry == "polyline" or last == first + 1 else last - first
@@ -122,10 +133,18 @@ def _time_optimal(config: DrawnPath, curve: ArcLengthCurve) -> Piece:
         if dwell:
             legs.append(at_rest(ends[1], dwell))
             stretches.append((dwell, True))
+        ticks += sum(each for each, _ in stretches[-2 if dwell else -1 :])
+        refuse_too_long(ticks)
     cells = joined(legs)
     ticks = round(cells.time[-1])
     piece = Piece(curve.path, partial(on_cells, cells), ticks, stretches=tuple(stretches))
     return replace(piece, notes=_not_optimal(slower))
+
+
+def _refuse_too_many(loc: str, count: int, most: int) -> None:
+    if count > most:
+        message = "too many for law = 'time_optimal', which plans each stretch by itself"
+        raise ConfigError(FieldError(loc, message, count, bounds={"maximum": most}))
 
 
 def _not_optimal(slower: list[tuple[float, float]]) -> tuple[str, ...]:

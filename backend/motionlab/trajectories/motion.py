@@ -11,6 +11,7 @@ from functools import partial
 import numpy as np
 
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
+from motionlab.errors import ConfigError, FieldError
 from motionlab.lanes import cached
 from motionlab.trajectories.motion_profile import (
     Law,
@@ -21,6 +22,9 @@ from motionlab.trajectories.motion_profile import (
     trapezoidal_ticks,
 )
 from motionlab.trajectories.path import Array, Path, Vector, line, ray
+
+LONGEST = 3600.0
+"""Longest motion, s; the arrays of its reference take 350 MB."""
 
 EdgeRule = Callable[[Vector, Vector], "Piece"]
 """Edge rule: the motion from one point to the next."""
@@ -166,3 +170,24 @@ def _moved(path: Path, offset: Array) -> Path:
         return place + offset, slope, bend
 
     return at
+
+
+def refuse_too_long(ticks: int) -> None:
+    """Refuse a motion of more than an hour.
+
+    Raises
+    ------
+    ConfigError
+        With its duration.
+    """
+    seconds = ticks * CONTROL_PERIOD
+    if seconds > LONGEST:
+        raise ConfigError(
+            FieldError(
+                loc="trajectory",
+                message="lasts too long",
+                value=seconds,
+                bounds={"exclusive_minimum": 0.0, "maximum": LONGEST},
+                unit="s",
+            )
+        )

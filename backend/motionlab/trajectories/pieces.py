@@ -43,6 +43,7 @@ from motionlab.trajectories.motion import (
     fast_minimum_jerk_edge,
     hold,
     minimum_jerk_edge,
+    refuse_too_long,
     run,
     trapezoidal_edge,
     visit,
@@ -50,9 +51,6 @@ from motionlab.trajectories.motion import (
 )
 from motionlab.trajectories.path import Vector
 from motionlab.trajectories.sampled_motion import sampled_motion
-
-LONGEST = 3600.0
-"""Longest motion, s; the arrays of its reference take 350 MB."""
 
 _MOVES_MAX = 1_000_000
 _SAME_PLACE = 1e-12  # m
@@ -235,24 +233,3 @@ def _last_two(laps: int) -> int:
 
 def _xy(pair: PlanarLength | PlanarVelocity | PlanarAcceleration | PlanarAngle) -> Vector:
     return pair.x, pair.y
-
-
-def refuse_too_long(ticks: int) -> None:
-    """Refuse a motion of more than an hour.
-
-    Raises
-    ------
-    ConfigError
-        With its duration.
-    """
-    seconds = ticks * CONTROL_PERIOD
-    if seconds > LONGEST:
-        raise ConfigError(
-            FieldError(
-                loc="trajectory",
-                message="lasts too long",
-                value=seconds,
-                bounds={"exclusive_minimum": 0.0, "maximum": LONGEST},
-                unit="s",
-            )
-        )

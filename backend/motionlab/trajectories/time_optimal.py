@@ -36,6 +36,7 @@ import numpy as np
 
 from motionlab.config.planned_motor import PlannedAxis, PlannedMotor
 from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.trajectories.motion import refuse_too_long
 from motionlab.trajectories.motion_profile import (
     jerk_limited,
     jerk_limited_times,
@@ -73,6 +74,8 @@ _AGAIN = 0.5
 """Share of the squared speed of a solution from which the solver starts again."""
 _STRETCHES = 40
 _LONGEST_STRETCH = 64.0
+_LONGEST_STRETCHED = 600.0 / CONTROL_PERIOD
+"""Ticks of the longest profile that is stretched: each attempt looks at all of them."""
 _CLOSE = 1.03
 """Times as long as the solver's motion is what still counts as converged, once stretched."""
 _TURN = 0.2  # rad
@@ -112,12 +115,18 @@ def plan_leg(path: Path, ends: tuple[float, float], edges: int, motor: Motor, al
         Limits of the axes.
     along : Along
         Limits along the path.
+
+    Raises
+    ------
+    ConfigError
+        If the limits along the path alone make it longer than an hour.
     """
     if not edges:
         cells = _straight(path, ends, motor, along)
         if cells is not None:
             return Leg(cells, converged=True)
     phases = _seven_phases(ends, along.v_max, along.a_max, along.j_max)
+    refuse_too_long(round(phases.time[-1]))
     if _excess(path, phases, motor, along).max() <= 1.0 + _ROUNDING:
         return Leg(phases, converged=True)  # nothing is faster within the limits along the path
     solved, converged = _solved(path, ends, edges, motor, along)
@@ -271,7 +280,7 @@ def _stretched(
 
     It is left beyond a limit once it takes `shorter_than` ticks, or where being slower is no help.
     """
-    longest = min(shorter_than, _LONGEST_STRETCH * cells.time[-1])
+    longest = min(shorter_than, _LONGEST_STRETCH * cells.time[-1], _LONGEST_STRETCHED)
     for _ in range(_STRETCHES):
         if cells.time[-1] >= longest:
             break
