@@ -25,8 +25,7 @@ LAYOUT = tuple(itertools.product(AXES, PHASES))
 
 _COUNTS = 2**31
 _NAME = re.compile(r"[a-z0-9-]+")
-
-Identity = Annotated[Whole, Field(ge=0, le=0xFFFF_FFFF)]
+_IDENTITY_MAX = 0xFFFF_FFFF
 
 
 class LinkConfig(Config):
@@ -104,8 +103,8 @@ class NodeConfig(Config):
 
     axis: Literal["x", "y"]
     phase: Literal["a", "b", "c"]
-    vendor: Identity = Field(description="Vendor, object 1018:01")
-    product: Identity = Field(description="Product code, object 1018:02")
+    vendor: Whole = Field(ge=0, le=_IDENTITY_MAX, description="Vendor, object 1018:01")
+    product: Whole = Field(ge=0, le=_IDENTITY_MAX, description="Product code, object 1018:02")
     rated_current: float = quantity(
         "Rated current, object 6075: a thousandth of it is the step of a command",
         unit="A",
