@@ -77,6 +77,7 @@ def _utf16(body: Any) -> bytes:
 )
 def test_a_session_takes_none_and_says_where(client: httpx.Client, live: Live, path: str) -> None:
     body = json.dumps({"set": {path: HALF}})
+    before = [session["id"] for session in client.get(f"{API}/sessions").json()]
     for method, url in (
         ("PATCH", f"{live.path}/parameters"),
         ("POST", f"{API}/sessions"),
@@ -88,8 +89,7 @@ def test_a_session_takes_none_and_says_where(client: httpx.Client, live: Live, p
         )
         assert answer.status_code == 422, answer.text
         assert f"body.set.{path}: holds half of a surrogate pair" in answer.json()["detail"]
-    before = [session["id"] for session in client.get(f"{API}/sessions").json()]
-    assert before == [live.id]
+    assert [session["id"] for session in client.get(f"{API}/sessions").json()] == before
     assert client.post(f"{live.path}/stop").status_code == 200
 
 
@@ -113,7 +113,7 @@ def test_a_session_that_cannot_be_encoded_is_listed_and_stopped(
     session.prepared = dataclasses.replace(session.prepared, scenario=odd)
     listed = client.get(f"{API}/sessions")
     assert listed.status_code == 200
-    assert [each["id"] for each in json.loads(listed.content)] == [live.id]
+    assert live.id in [each["id"] for each in json.loads(listed.content)]
     assert client.get(live.path).status_code == 200
     assert client.post(f"{live.path}/play").status_code == 200
     assert client.post(f"{live.path}/stop").json()["state"] in {"stopping", "stopped"}
