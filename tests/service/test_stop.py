@@ -213,7 +213,7 @@ def test_no_stop_waits_where_another_command_waits_for_a_slice(
             step = asked.submit(live.do, "step", ticks=20_000)
             assert begun.wait(PATIENCE)
             pending = asked.submit(live.post, command, **body)
-            until(lambda: session._waiting == 1)
+            until(lambda: session._lock.waiting == 1)
             assert other.do("stop")["state"] == "stopping"
             assert live.do("stop")["state"] == "stopping"
             assert not pending.done()

@@ -140,7 +140,7 @@ it('writes no number where there is none', () => {
   }
 });
 
-it('a span is told finely enough to be one', () => {
+it('a short span has the decimals to tell its ends apart', () => {
   expect(spanText({ start: 4.5, end: 10.5 })).toBe('4.5 to 10.5 s');
   expect(spanText({ start: 0, end: 21.7349 })).toBe('0 to 21.73 s');
   expect(spanText({ start: 5.2505, end: 5.2515 })).toBe('5.2505 to 5.2515 s');

@@ -141,7 +141,7 @@ export function percent(share: number | null | undefined): string {
 
 /** Formats a stretch of time: 4.5 to 10.5 s. */
 export function spanText({ start, end }: { start: number; end: number }): string {
-  // A short span is told to a tenth of itself.
+  // Decimals enough to resolve a tenth of the span.
   const places = end > start ? Math.ceil(1 - Math.log10(end - start)) : 2;
   const text = (time: number) => String(Number(time.toFixed(Math.min(6, Math.max(2, places)))));
   return `${text(start)} to ${text(end)} s`;

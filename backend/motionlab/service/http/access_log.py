@@ -146,8 +146,8 @@ def _note_unknown(count: int) -> None:
 class _NoRequests(logging.Filter):
     """Bound what uvicorn logs of bytes that are no request: any client may send them.
 
-    Its lines of websockets go: they have the query, each that is refused by an answer is called an
-    error, and the access log has lines of its own.
+    Its lines about websockets are dropped: they repeat the query, and call a refusal an error. The
+    access log has a line for each websocket.
     """
 
     def __init__(self) -> None:

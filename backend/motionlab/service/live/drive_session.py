@@ -129,14 +129,14 @@ class DriveSession(Session):
     async def _put_in_effect(self, changes: Sequence[ReadyEpoch], event: Event) -> int:
         """Wait for the loop in a thread: a stop must not wait meanwhile."""
         tick = await self._in_thread(self._motion.adopt, changes)
-        async with self._claimed():
+        async with self._lock.claimed():
             self._note(event.model_copy(update={"tick": tick}))
         return tick
 
     def _note_stop(self, state: State, reason: str = "") -> None:
         """Take over that the drives stop, or have stopped, without an order of this session."""
         fault = self._motion.fault
-        with self._lock:
+        with self._lock.slice:
             self._stop_tick = self.tick
             reason = reason if fault is None else fault.name
             self._note(Event(tick=self.tick, kind="stop", reason=reason))

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import functools
 import json
 import secrets
-import threading
 import time
-from collections.abc import AsyncIterator, Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
@@ -36,6 +34,7 @@ from motionlab.service.live.session_info import (
     json_of,
 )
 from motionlab.service.live.session_recorder import SessionRecorder
+from motionlab.service.live.slice_lock import SliceLock
 from motionlab.simulation.change import Change, changed
 from motionlab.simulation.machine import Machine
 from motionlab.simulation.prepare import Prepared
@@ -50,12 +49,8 @@ _SLICE_LANES = 2048
 """Ticks times blocks of lanes that advance at a time: some 2 ms; STOP does not wait for them."""
 
 _TIMELINES = 50  # whose recordings captures are taken from
-_YIELD_SECONDS = 0.0005  # how often whoever advances looks whether a command has acted
-_YIELD_MOST = 0.005  # s, between two slices
-_CLAIM_SECONDS = 0.001  # how often a command tries to act
 P = ParamSpec("P")
 T = TypeVar("T")
-
 
 _CHANGES: TypeAdapter[tuple[Change, ...]] = TypeAdapter(tuple[Change, ...])
 _SCENARIO: TypeAdapter[Scenario] = TypeAdapter(Scenario)
@@ -113,8 +108,7 @@ class Session:
         self.records: dict[int, SessionRecorder] = {}  # by timeline
         self._told_of_record: RecordState = (None, "", 0)
         self._changes = ChangeLog(prepared.scenario)
-        self._lock = threading.Lock()
-        self._waiting = 0  # commands that want the lock
+        self._lock = SliceLock()
         self._order = asyncio.Lock()
         self._last = 0.0  # until when the clock has been followed
         self._owed = 0.0  # ticks that the clock is ahead, less than one
@@ -123,7 +117,6 @@ class Session:
         self._announced = (-1, "")
         self._texts: dict[str, tuple[Any, str]] = {}
         self._untold = False  # whether the state has changed since listeners were notified
-        self._recording_told: RecordState = (None, "", 0)
         self._adopt(self._machine())
 
     @property
@@ -184,7 +177,7 @@ class Session:
 
     async def play(self, speed: float | None = None) -> None:
         """Run against the clock, at `speed` times real time."""
-        async with self._claimed():
+        async with self._lock.claimed():
             self._refuse_when("stopping", "stopped", "finished")
             if speed is not None:
                 self.speed = speed
@@ -195,7 +188,7 @@ class Session:
 
     async def pause(self) -> None:
         """Halt the clock."""
-        async with self._claimed():
+        async with self._lock.claimed():
             self._refuse_when("stopped", "stopping")
             if self.state == "playing":
                 self.state = "paused"
@@ -222,7 +215,7 @@ class Session:
         """
         async with self._order:
             simulation, kept = await self._in_thread(self._afresh)
-            async with self._claimed():
+            async with self._lock.claimed():
                 self._refuse_when_closed()
                 self._clock.stop(self)
                 self._to_brake = False
@@ -235,23 +228,18 @@ class Session:
         self._tell_state()
 
     def stop(self) -> None:
-        """Brake the reference to rest, then switch the currents off; only a reset leaves that.
-
-        Waits for nothing: the clock's thread brakes before its next slice.
-        """
+        """Brake the reference to rest, then switch the currents off; only a reset leaves that."""
         if self.state in {"stopping", "stopped"}:
             return
-        followed = self.state == "playing"
         self._stop_tick = self.tick
         self._to_brake = True
-        self.state = "stopping"  # last: what `_advance_slice` finds then is complete
-        if not followed:
-            self._follow_clock()
+        self.state = "stopping"  # after that: a motion that ends meanwhile finds it
+        self._follow_clock()  # always: the clock may just have dropped a motion that ended
         self._tell_state()
 
     async def push(self, axis: int, force: float, seconds: float) -> int:
         """Push the mover of every variant and return the tick at which it begins."""
-        async with self._claimed():
+        async with self._lock.claimed():
             self._refuse_when("stopping", "stopped", "finished")
             ticks = max(1, to_ticks(seconds))
             self.simulation.push(axis, force, ticks)
@@ -378,20 +366,6 @@ class Session:
         loop = asyncio.get_running_loop()
         return await loop.run_in_executor(self._threads, functools.partial(work, *args, **kwargs))
 
-    @contextlib.asynccontextmanager
-    async def _claimed(self) -> AsyncIterator[None]:
-        """Hold the session between two slices; other sessions' commands do not wait meanwhile."""
-        self._waiting += 1
-        try:
-            while not self._lock.acquire(blocking=False):
-                await asyncio.sleep(_CLAIM_SECONDS)
-        finally:
-            self._waiting -= 1
-        try:
-            yield
-        finally:
-            self._lock.release()
-
     def _text(self, name: str, value: Any, adapter: TypeAdapter[Any]) -> str:
         """Return a member of `info`, written anew only when its value is another object."""
         kept = self._texts.get(name)
@@ -437,7 +411,7 @@ class Session:
             after, change = changed(scenario, changes, tick)
             return change, ready(tuple(epochs(after, tick)))
 
-        async with self._claimed():  # parameters and the tick at which they hold
+        async with self._lock.claimed():  # parameters and the tick at which they hold
             scenario, checked = self.simulation.scenario, self.tick
         change, made_ready = await self._in_thread(prepared, scenario, checked)
         facts = change.model_dump(include={"set", "previous"})
@@ -448,7 +422,7 @@ class Session:
 
     async def _put_in_effect(self, changes: Sequence[ReadyEpoch], event: Event) -> int:
         """Put changes in effect at the next tick, note the event for it, and return the tick."""
-        async with self._claimed():
+        async with self._lock.claimed():
             self._refuse_when_closed()
             tick = self.simulation.adopt(changes)
             self._scenario = self.simulation.scenario
@@ -466,7 +440,7 @@ class Session:
         most = max(1, _SLICE_LANES // self.simulation.blocks)
         until = self.tick + ticks
         while True:
-            with self._lock:
+            with self._lock.slice:
                 left = until - self.tick
                 if self._to_brake:
                     self._brake()
@@ -474,13 +448,7 @@ class Session:
                     return
                 self._advance_slice(min(left, most))
             self._recorded()
-            self._give_way()
-
-    def _give_way(self) -> None:
-        """Let commands that wait act."""
-        until = time.monotonic() + _YIELD_MOST
-        while self._waiting and time.monotonic() < until:
-            time.sleep(_YIELD_SECONDS)
+            self._lock.give_way()
 
     def _brake(self) -> None:
         """Begin what a stop has asked for."""
@@ -498,9 +466,6 @@ class Session:
             record.end()
         else:
             record.advanced(flush=flush)
-        if (told := (record.run, record.problem, record.begins)) != self._recording_told:
-            self._recording_told = told
-            self._untold = True
 
     def _note(self, event: Event) -> None:
         if self._record is not None:
