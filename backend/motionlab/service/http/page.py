@@ -150,6 +150,7 @@ def install(app: FastAPI) -> None:
 
 def _install_help(app: FastAPI) -> None:
     root = help_root()
+    app.state.documented = root is not None  # as mounted: it may be built while the server runs
     if root is not None:
 
         @app.get("/help", include_in_schema=False)

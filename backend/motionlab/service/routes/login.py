@@ -13,7 +13,6 @@ from pydantic import BaseModel, ConfigDict, Field
 from motionlab import __version__
 from motionlab.service.http.logins import cookie_name, set_cookie
 from motionlab.service.http.openapi_input import examples
-from motionlab.service.http.page import help_root
 from motionlab.service.http.problems import responses
 from motionlab.service.http.security import find_login
 from motionlab.service.http.strict_json import JsonRoute
@@ -50,7 +49,7 @@ async def get_health(request: Request) -> Health:
         version=__version__,
         login=settings.token is not None,
         drive=settings.drive is not None,
-        help=help_root() is not None,
+        help=request.app.state.documented,
     )
 
 
