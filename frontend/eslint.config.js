@@ -18,26 +18,20 @@ function layer(folder, regex, message) {
   };
 }
 
-/** Imports point one way: screens -> scopes -> app -> plot -> ui; only App.svelte knows the screens. */
+/** Imports point one way: screens -> scopes -> study -> parts -> app -> plot -> ui; only App.svelte knows the screens. */
+const ROOMS = ['ui', 'plot', 'app', 'parts', 'study', 'scopes'];
 const layers = [
-  layer('ui', '^\\.\\./', 'ui imports only ui'),
-  layer('scopes', '^(\\.\\./)+(screens/|App\\.svelte)', 'scopes imports app, plot and ui'),
-  layer('plot', '^\\.\\./(?!ui/)', 'plot imports plot and ui'),
-  layer(
-    'app',
-    '^(\\.\\./)+(screens/|scopes/|plot/(?!source$)|App\\.svelte)',
-    'app imports app and ui, and of plot only source, the curves of a what-if',
-  ),
-  layer(
-    'app/spectrum',
-    '^(\\.\\./)+(screens/|App\\.svelte)',
-    'app/spectrum imports app, plot and ui',
-  ),
-  layer('app/views', '^(\\.\\./)+(screens/|App\\.svelte)', 'app/views imports app, plot and ui'),
+  ...ROOMS.map((room, height) => {
+    const above = ROOMS.slice(height + 1).map((name) => `${name}/`);
+    // Of plot, app takes the curves of a what-if alone.
+    if (room === 'app') above.push('plot/(?!source$)');
+    const regex = `^(\\.\\./)+(${[...above, 'screens/', 'App\\.svelte'].join('|')})`;
+    return layer(room, regex, `${room} imports no room above it`);
+  }),
   ...SCREENS.map((screen) => {
     const others = SCREENS.filter((other) => other !== screen).join('|');
     const regex = `^(\\.\\./)+((screens/)?(${others})/|App\\.svelte)`;
-    return layer(`screens/${screen}`, regex, 'a screen imports scopes, app, plot, ui and itself');
+    return layer(`screens/${screen}`, regex, 'a screen imports every room but another screen');
   }),
 ];
 

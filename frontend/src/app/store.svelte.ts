@@ -11,7 +11,7 @@ import { Expressions } from './expressions/expressions.svelte';
 import { needsRestart } from './fields/fields.svelte';
 import { Refusals } from './fields/refusals.svelte';
 import { messages, type Action } from './messages.svelte';
-import { LiveMetrics } from './metrics/live-metrics.svelte';
+import { LiveMetrics } from './session/live-metrics.svelte';
 import { Draft } from './session/draft.svelte';
 import { keptSessions, recall, withPath, type GivenPath } from './session/kept-sessions';
 import { LiveChanges } from './session/live-changes.svelte';

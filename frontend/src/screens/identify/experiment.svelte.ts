@@ -10,8 +10,8 @@ import type {
   IdentificationPlan,
   Scenario,
 } from '../../app/api/types';
-import { AppliedChanges } from '../../app/apply/applied-changes.svelte';
-import { Comparison, forVariants } from '../../app/apply/comparison.svelte';
+import { AppliedChanges } from '../../parts/apply/applied-changes.svelte';
+import { Comparison, forVariants } from '../../parts/apply/comparison.svelte';
 import { errorText } from '../../app/error-text';
 import { differing, sourceOf, wholeOf } from '../../app/jobs/job-request';
 import { JobStore } from '../../app/jobs/job-store.svelte';

@@ -1,8 +1,8 @@
 /** The simulated motor with what was identified, saved as a motor of one's own. */
 
 import type { Axis, Motor } from '../../app/api/types';
-import { getRun } from '../../app/runs/runs-api';
-import { errorOf, simulateRun } from '../../app/runs/simulate-run';
+import { getRun } from '../../parts/runs/runs-api';
+import { errorOf, simulateRun } from '../../parts/runs/simulate-run';
 import { screen } from '../../app/screen.svelte';
 import { app } from '../../app/store.svelte';
 import { quantity } from '../../ui/units';

@@ -1,6 +1,6 @@
 /** Keys of the Lab screen. */
 
-import type { KeyTable } from '../../app/keys';
+import type { KeyTable } from '../../parts/shell/keys';
 import { app } from '../../app/store.svelte';
 import { parts } from './parts.svelte';
 import { scene } from './scene3d/scene.svelte';

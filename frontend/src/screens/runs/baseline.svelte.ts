@@ -2,7 +2,7 @@
 
 import type { Run } from '../../app/api/types';
 import { fromAddress, load, save, setAddress } from '../../app/storage';
-import { getRun } from '../../app/runs/runs-api';
+import { getRun } from '../../parts/runs/runs-api';
 
 const KEY = 'runs.baseline';
 

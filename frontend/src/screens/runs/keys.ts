@@ -1,6 +1,6 @@
 /** Keys of the Runs screen. */
 
-import type { KeyTable } from '../../app/keys';
+import type { KeyTable } from '../../parts/shell/keys';
 import { app } from '../../app/store.svelte';
 import { actions } from './actions.svelte';
 import { overlaySelected } from './overlay-in-lab';

@@ -1,8 +1,8 @@
 /** Overlays runs in the Lab. */
 
 import { messages } from '../../app/messages.svelte';
-import { MOST } from '../../app/overlay/overlay-address';
-import { overlay } from '../../app/overlay/overlay.svelte';
+import { MOST } from '../../parts/overlay/overlay-address';
+import { overlay } from '../../parts/overlay/overlay.svelte';
 import { screen } from '../../app/screen.svelte';
 import { runs } from './runs.svelte';
 

@@ -1,7 +1,7 @@
 /** The answer of a check in words. */
 
 import type { Replay, RunDetail } from '../../app/api/types';
-import { durationText } from '../../app/runs/run-text';
+import { durationText } from '../../parts/runs/run-text';
 import { digits, minus, prettyUnit } from '../../ui/units';
 
 type First = NonNullable<Replay['first']>;

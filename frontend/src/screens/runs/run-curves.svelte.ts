@@ -2,8 +2,8 @@
 
 import { AXES, type RunDetail } from '../../app/api/types';
 import type { Whose } from '../../app/expressions/expressions.svelte';
-import { RunSource } from '../../app/runs/run-source.svelte';
-import { markText, timeOf } from '../../app/runs/run-text';
+import { RunSource } from '../../parts/runs/run-source.svelte';
+import { markText, timeOf } from '../../parts/runs/run-text';
 import { Layout } from '../../scopes/layout.svelte';
 import { TimeView } from '../../scopes/time-view.svelte';
 import type { Range } from '../../plot/range';

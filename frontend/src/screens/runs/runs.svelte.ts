@@ -11,8 +11,8 @@ import {
   restoreRun,
   runStorage,
   type RunChange,
-} from '../../app/runs/runs-api';
-import { searchProblem } from '../../app/runs/run-text';
+} from '../../parts/runs/runs-api';
+import { searchProblem } from '../../parts/runs/run-text';
 import { viewOf, viewsAt, withView, type QuickView, type ViewId } from './search-text';
 import { chosen, moved, neighbour, NOTHING, type How, type Selection } from './selection';
 

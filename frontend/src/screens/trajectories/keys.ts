@@ -1,4 +1,4 @@
-import type { KeyTable } from '../../app/keys';
+import type { KeyTable } from '../../parts/shell/keys';
 
 /** The plane has to have the focus for all but the first two; plane-input.ts handles them. */
 export const TRAJECTORY_KEYS: KeyTable = {

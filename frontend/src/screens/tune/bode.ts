@@ -3,7 +3,7 @@
 import type { LoopResponse, LoopSweep } from '../../app/api/types';
 import type { Mark, Series } from '../../plot/types';
 import { digits } from '../../ui/units';
-import { inDecibels, inDegrees } from '../../app/loop/margins';
+import { inDecibels, inDegrees } from '../../parts/loop/margins';
 import type { LookedAt } from './loop-store.svelte';
 
 export const VIEWS = [

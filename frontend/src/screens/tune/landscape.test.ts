@@ -1,6 +1,6 @@
 import { expect, it } from 'vitest';
 import { costAt, edgeLine, pathLine } from './landscape';
-import type { LoopFigures } from '../../app/loop/loops.svelte';
+import type { LoopFigures } from '../../parts/loop/loops.svelte';
 import { limitWarnings } from './stability-warnings';
 
 const MAP = {

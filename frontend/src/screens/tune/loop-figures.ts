@@ -3,8 +3,8 @@
 import { at } from '../../app/api/scenario-paths';
 import type { Scenario } from '../../app/api/types';
 import { digits, scaleFor } from '../../ui/units';
-import type { LoopAt } from '../../app/loop/loops.svelte';
-import { inDecibels, inDegrees } from '../../app/loop/margins';
+import type { LoopAt } from '../../parts/loop/loops.svelte';
+import { inDecibels, inDegrees } from '../../parts/loop/margins';
 import type { LookedAt } from './loop-store.svelte';
 
 export interface FigureRow {

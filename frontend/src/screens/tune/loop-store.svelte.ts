@@ -4,7 +4,7 @@ import type { Api } from '../../app/api/client';
 import type { Axis, Changes, LoopAccuracy, LoopResponse, Scenario } from '../../app/api/types';
 import { errorText } from '../../app/error-text';
 import { LatestWins } from '../../app/latest-wins';
-import type { LoopFigures } from '../../app/loop/loops.svelte';
+import type { LoopFigures } from '../../parts/loop/loops.svelte';
 
 /** So long after the last change, ms. */
 const REST = 200;

@@ -1,7 +1,7 @@
 /** Warnings of gains that are chosen although their loop is unstable, with the gain that is wrong. */
 
 import type { Axis } from '../../app/api/types';
-import type { LoopAt, LoopFigures } from '../../app/loop/loops.svelte';
+import type { LoopAt, LoopFigures } from '../../parts/loop/loops.svelte';
 import { digits } from '../../ui/units';
 
 /** Returns what is wrong with chosen gains, and at which gain the loop would be stable. */

@@ -10,12 +10,12 @@ import type {
   Scenario,
   TuneHistory,
 } from '../../app/api/types';
-import { AppliedChanges } from '../../app/apply/applied-changes.svelte';
-import { Comparison } from '../../app/apply/comparison.svelte';
+import { AppliedChanges } from '../../parts/apply/applied-changes.svelte';
+import { Comparison } from '../../parts/apply/comparison.svelte';
 import { errorText } from '../../app/error-text';
 import { differing, sourceOf, wholeOf, type ScenarioSource } from '../../app/jobs/job-request';
 import { JobStore } from '../../app/jobs/job-store.svelte';
-import { marginLimits } from '../../app/loop/margin-limits.svelte';
+import { marginLimits } from '../../parts/loop/margin-limits.svelte';
 import { load, save } from '../../app/storage';
 import { app } from '../../app/store.svelte';
 import { linesOf, pickedLine, type CandidateLine, type Picked } from './candidates';

@@ -4,7 +4,7 @@ import { ApiError } from '../../../app/api/client';
 import type { Metrics } from '../../../app/api/types';
 import { control } from '../../../app/drive/control.svelte';
 import { messages } from '../../../app/messages.svelte';
-import { getRun } from '../../../app/runs/runs-api';
+import { getRun } from '../../../parts/runs/runs-api';
 import { load, save } from '../../../app/storage';
 import { app } from '../../../app/store.svelte';
 import { parts } from '../parts.svelte';

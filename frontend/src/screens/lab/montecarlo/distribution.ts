@@ -2,7 +2,7 @@
 
 import type { Axis, MonteCarlo } from '../../../app/api/types';
 import { fieldOf } from '../../../app/fields/fields.svelte';
-import { metricsOfAxis } from '../../../app/metrics/metric-rows';
+import { metricsOfAxis } from '../../../parts/metrics/metric-rows';
 import type { Series } from '../../../plot/types';
 
 export interface ShownMetric {

@@ -1,6 +1,6 @@
 /** Columns of overlaid runs in the table of the scopes: the same curve of all runs side by side. */
 
-import { overlay } from '../../../app/overlay/overlay.svelte';
+import { overlay } from '../../../parts/overlay/overlay.svelte';
 import { tracesOf } from '../../../plot/ghosts';
 import type { Scope } from '../../../plot/scope-catalog';
 import type { TableColumn } from '../../../scopes/CurveTable.svelte';

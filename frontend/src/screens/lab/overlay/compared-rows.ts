@@ -1,7 +1,7 @@
 /** Metrics of one variant now and in other runs, row by row. */
 
 import type { Metrics, VariantMetrics } from '../../../app/api/types';
-import { rows } from '../../../app/metrics/metric-rows';
+import { rows } from '../../../parts/metrics/metric-rows';
 import { percent } from '../../../ui/units';
 
 export interface ComparedRow {

@@ -3,7 +3,7 @@
 import { difference } from '../../../app/api/scenario-paths';
 import type { RunDetail, Scenario, Value } from '../../../app/api/types';
 import { fieldOf, nameOf, show } from '../../../app/fields/fields.svelte';
-import { KINDS } from '../../../app/runs/run-text';
+import { KINDS } from '../../../parts/runs/run-text';
 
 export interface Differing {
   name: string;

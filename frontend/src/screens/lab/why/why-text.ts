@@ -1,7 +1,7 @@
 /** An explained peak as text and bars. */
 
 import type { Why } from '../../../app/api/types';
-import { inDecibels, inDegrees } from '../../../app/loop/margins';
+import { inDecibels, inDegrees } from '../../../parts/loop/margins';
 import { among, digits, percent, scaleFor, type Scale } from '../../../ui/units';
 
 export interface WhyRow {

@@ -3,7 +3,7 @@
 import type { Axis, Changes, Why } from '../../../app/api/types';
 import { errorText } from '../../../app/error-text';
 import { LatestWins } from '../../../app/latest-wins';
-import { marginLimits } from '../../../app/loop/margin-limits.svelte';
+import { marginLimits } from '../../../parts/loop/margin-limits.svelte';
 import { app } from '../../../app/store.svelte';
 
 export interface WhyQuestion {

@@ -3,7 +3,7 @@
 import { errorText } from '../../../app/error-text';
 import { LatestWins } from '../../../app/latest-wins';
 import type { Range } from '../../../plot/range';
-import { compareWindow } from '../../../app/runs/runs-api';
+import { compareWindow } from '../../../parts/runs/runs-api';
 import { bodyOf, type How } from './compare-request';
 import { ComparisonWindow } from './comparison-window';
 

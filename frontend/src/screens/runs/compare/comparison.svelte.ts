@@ -5,7 +5,7 @@ import type { Comparison, RunDetail } from '../../../app/api/types';
 import { errorText } from '../../../app/error-text';
 import { LatestWins } from '../../../app/latest-wins';
 import { fromAddress, setAddress } from '../../../app/storage';
-import { compareRuns, getRun } from '../../../app/runs/runs-api';
+import { compareRuns, getRun } from '../../../parts/runs/runs-api';
 import { runs } from '../runs.svelte';
 import { baseline } from '../baseline.svelte';
 import {

@@ -2,7 +2,7 @@
 
 import { difference } from '../../../app/api/scenario-paths';
 import type { Run, RunDetail, RunDifference, Value } from '../../../app/api/types';
-import { differing, KINDS, type Differing } from '../../../app/runs/run-text';
+import { differing, KINDS, type Differing } from '../../../parts/runs/run-text';
 
 /** Beyond these a list of runs has no more differences of one. */
 const LISTED = 50;

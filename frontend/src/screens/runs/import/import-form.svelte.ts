@@ -3,7 +3,7 @@
 import type { ImportDocument } from '../../../app/api/types';
 import { LatestWins } from '../../../app/latest-wins';
 import { messages } from '../../../app/messages.svelte';
-import { importRun, type ImportQuery } from '../../../app/runs/runs-api';
+import { importRun, type ImportQuery } from '../../../parts/runs/runs-api';
 import { runs } from '../runs.svelte';
 import {
   FINE,

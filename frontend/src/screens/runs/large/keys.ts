@@ -1,6 +1,6 @@
 /** Keys of a run over the whole width. */
 
-import type { KeyTable } from '../../../app/keys';
+import type { KeyTable } from '../../../parts/shell/keys';
 import { app } from '../../../app/store.svelte';
 import { overlayInLab } from '../overlay-in-lab';
 import { large } from './large.svelte';

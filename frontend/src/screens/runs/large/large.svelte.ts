@@ -1,6 +1,6 @@
 /** Whether one run is shown over the whole width, and its curves. */
 
-import { overlay } from '../../../app/overlay/overlay.svelte';
+import { overlay } from '../../../parts/overlay/overlay.svelte';
 import { fromAddress, setAddress } from '../../../app/storage';
 import { runs } from '../runs.svelte';
 import type { PlayedCurves } from './played-curves.svelte';

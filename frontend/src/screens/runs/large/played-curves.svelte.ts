@@ -1,7 +1,7 @@
 /** The curves of a run that is played: the scopes of the Lab, and a moment that moves along. */
 
 import { AXES, type Axis, type RunDetail } from '../../../app/api/types';
-import { overlay } from '../../../app/overlay/overlay.svelte';
+import { overlay } from '../../../parts/overlay/overlay.svelte';
 import type { Range } from '../../../plot/range';
 import { behind } from '../../../plot/ghosts';
 import { LAYOUTS, retargeted, type Scope } from '../../../plot/scope-catalog';

@@ -1,0 +1,60 @@
+/** Margins and stability limits of the controllers that are shown, asked for while a control moves. */
+
+import { ApiError, type Api } from '../../app/api/client';
+import type { Axis, Changes, Loops, Scenario } from '../../app/api/types';
+import { LatestWins } from '../../app/latest-wins';
+
+/** So long after the server had no room for a request it is repeated, ms. */
+const AGAIN = 500;
+
+export interface LoopQuestion {
+  scenario: Scenario;
+  set: Changes;
+}
+
+export type LoopFigures = NonNullable<Loops['variants'][string]['axes'][string]>;
+
+/** The figures at one velocity. */
+export type LoopAt = LoopFigures['standstill'];
+
+export class LoopMargins {
+  /** null before the first answer, and where the last question was refused. */
+  known = $state.raw<Loops | null>(null);
+  /** Whether the figures are older than the controls. */
+  asking = $state(false);
+  private readonly queue = new LatestWins<LoopQuestion>((question) => this.run(question));
+
+  constructor(private readonly api: Pick<Api, 'loop'>) {}
+
+  /** Asks at once; one question is on its way, and of those that wait the newest follows. */
+  ask(question: LoopQuestion): void {
+    this.asking = true;
+    this.queue.push(question);
+  }
+
+  /** Returns a loop's figures; null before they are known and where a law has no linearisation. */
+  of(variant: string, axis: Axis): LoopFigures | null {
+    return this.known?.variants[variant]?.axes[axis] ?? null;
+  }
+
+  /** Says why a controller has no figures; empty where it has some or nothing is known yet. */
+  reason(variant: string): string {
+    return this.known?.variants[variant]?.note ?? '';
+  }
+
+  private async run(question: LoopQuestion): Promise<void> {
+    try {
+      this.known = await this.api.loop(question);
+    } catch (error) {
+      // A newer question is on its way; its answer counts.
+      if (this.queue.superseded) return;
+      if (error instanceof ApiError && error.transient) {
+        await new Promise((resolve) => setTimeout(resolve, error.retryAfter ?? AGAIN));
+        if (!this.queue.superseded) this.queue.push(question);
+        return;
+      }
+      this.known = null; // The refusal is shown at its field.
+    }
+    if (!this.queue.superseded) this.asking = false;
+  }
+}

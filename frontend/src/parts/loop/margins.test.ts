@@ -1,0 +1,90 @@
+import { expect, it } from 'vitest';
+import type { Loops } from '../../app/api/types';
+import { LoopMargins, type LoopAt, type LoopFigures } from './loops.svelte';
+import { inDecibels, instability, marginCells } from './margins';
+
+const SLIDING: LoopAt = {
+  velocity: 0.17,
+  stable: true,
+  k_p_limit: 3.3e6,
+  k_d_limit: null,
+  crossover: 46,
+  phase_margin: Math.PI / 6,
+  gain_margin: 10,
+  gain_reduction: null,
+  Ms: 2.2,
+  bandwidth: 73,
+};
+const LOOP: LoopFigures = {
+  ...SLIDING,
+  standstill: { ...SLIDING, velocity: 0 },
+  worst: {
+    stable: true,
+    velocity: 0,
+    gain_margin: { value: 1.2, velocity: 0 },
+    phase_margin: { value: Math.PI / 6, velocity: 0.0436 },
+    Ms: { value: 2.2, velocity: 0.17 },
+  },
+};
+const LIMITS = { gain_margin: 1.1, phase_margin: Math.PI / 5, Ms: null };
+const cells = (worst: Partial<LoopFigures['worst']> = {}) =>
+  marginCells({ ...LOOP, worst: { ...LOOP.worst, ...worst } }, (name) => LIMITS[name]);
+
+it('writes margins in decibels', () => {
+  expect(inDecibels(2)).toBe('6.02');
+  expect(inDecibels(null)).toBe('∞');
+});
+
+it('shows the worst at any velocity, and where it is', () => {
+  expect(cells().map(({ text, place }) => [text, place])).toEqual([
+    ['1.58', 'at standstill'],
+    ['30.0', 'sliding at 43.6 mm/s'],
+    ['2.20', 'sliding at 170 mm/s'],
+  ]);
+  expect(cells({ gain_margin: null })[0]?.text).toBe('∞');
+});
+
+it('says where a loop is unstable, between the two velocities too', () => {
+  expect(instability(LOOP)).toBe('');
+  const worst = { ...LOOP.worst, stable: false, velocity: 0.0436 };
+  expect(instability({ ...LOOP, worst })).toBe('sliding at 43.6 mm/s');
+  const standstill = { ...LOOP.standstill, stable: false };
+  expect(instability({ ...LOOP, standstill, worst: { ...worst, velocity: 0 } })).toBe(
+    'at standstill',
+  );
+  expect(instability({ ...LOOP, stable: false, standstill, worst })).toBe(
+    'sliding and at standstill',
+  );
+});
+
+it('marks a margin that is beyond its limit, and nothing without one', () => {
+  expect(cells().map(({ term, text, holds }) => [term, text, holds])).toEqual([
+    ['GM', '1.58', true],
+    ['PM', '30.0', false],
+    ['M_s', '2.20', true],
+  ]);
+  expect(cells()[2]?.limitText).toBe('');
+  expect(cells()[1]?.limitText).toBe('at least 36.0°');
+});
+
+it('asks one question at a time, and after it the newest', async () => {
+  const asked: unknown[] = [];
+  const answers: ((loops: Loops) => void)[] = [];
+  const margins = new LoopMargins({
+    loop: (body: unknown) => {
+      asked.push(body);
+      return new Promise((resolve) => answers.push(resolve));
+    },
+  } as never);
+  const question = (k_p: number) => ({ scenario: {} as never, set: { k_p } });
+  for (const k_p of [1, 2, 3]) margins.ask(question(k_p));
+  expect(asked).toEqual([question(1)]);
+  answers[0]?.({ variants: {} });
+  await new Promise((resolve) => setTimeout(resolve));
+  expect(asked).toEqual([question(1), question(3)]);
+  expect(margins.asking).toBe(true);
+  answers[1]?.({ variants: { A: { axes: { x: LOOP }, note: null } } });
+  await new Promise((resolve) => setTimeout(resolve));
+  expect(margins.asking).toBe(false);
+  expect(margins.of('A', 'x')?.Ms).toBe(2.2);
+});
