@@ -43,7 +43,9 @@ export default ts.config(
   {
     languageOptions: { globals: { ...globals.browser } },
     rules: {
+      // TypeScript checks both.
       'no-undef': 'off',
+      'no-import-assign': 'off',
       eqeqeq: 'error',
       '@typescript-eslint/consistent-type-imports': 'error',
       '@typescript-eslint/switch-exhaustiveness-check': 'off',

@@ -149,7 +149,7 @@ def test_the_fixture_of_a_what_if_byte_by_byte() -> None:
     assert list(head["result"]["variants"]) == ["A", "B"]
     assert [column["name"] for column in head["columns"]] == QUESTION["columns"]
     assert {column["unit"] for column in head["columns"]} == {"m"}
-    # The same numbers as in frontend/src/app/whatif/whatif-answer.test.ts.
+    # The same numbers as in frontend/src/app/api/curves-answer.test.ts.
     for name, low, high in (
         ("x.position_reference", 1.4e-4, 1.45e-4),
         ("A.x.following_error", 3.145e-5, 3.225e-5),

@@ -13,9 +13,8 @@ import { Refusals } from './fields/refusals.svelte';
 import { messages, type Action } from './messages.svelte';
 import { LiveMetrics } from './session/live-metrics.svelte';
 import { Draft } from './session/draft.svelte';
-import { keptSessions, recall, withPath, type GivenPath } from './session/kept-sessions';
+import { type GivenPath, keptSessions, pathName, recall, withPath } from './session/kept-sessions';
 import { LiveChanges } from './session/live-changes.svelte';
-import { pathName } from './session/path-name';
 import {
   carriedGains,
   lostPaths,
@@ -25,7 +24,7 @@ import {
 import { screen } from './screen.svelte';
 import { SessionStore } from './session/session.svelte';
 import { fromAddress, load, save, setAddress } from './storage';
-import { Backoff } from './stream/backoff';
+import { Backoff } from './stream/stream-client';
 import { LinkWatch, type Watched } from './stream/link-watch.svelte';
 import { Undo } from './undo.svelte';
 import { WhatIf } from './whatif/whatif.svelte';

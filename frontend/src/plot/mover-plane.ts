@@ -3,14 +3,13 @@
  * thousandth of the path, so they are magnified: a mover is drawn at reference − factor × error.
  */
 
-import { pointsOf } from './bins';
+import { type Bins, pointsOf, writeCurve } from './bins';
 import type { Canvas } from './canvas';
 import type { Ink } from './palette';
-import { pathBins, pathValues } from './path-points';
 import { Plane } from './plane';
-import { roundStep, type Range } from './range';
+import { type Range, roundStep } from './range';
 import type { SampleSource } from './source';
-import type { PathUnderlay } from './underlay';
+import type { PathUnderlay } from './run-overlay';
 import { looksOf } from './variant-looks';
 
 const MARGIN = 0.04;
@@ -213,4 +212,24 @@ function empty(): Range {
 function widen(range: Range, value: number): void {
   if (value < range.from) range.from = value;
   if (value > range.to) range.to = value;
+}
+
+const LEAST = 1000;
+const MOST = 8000;
+/** Longest bin while there are not too many of them, s. */
+const FINE = 6e-3;
+
+/** Cuts a stretch of time into the bins of a path: finer than its corners, whatever its length. */
+export function pathBins(source: SampleSource, { from, to }: Range): Bins {
+  const bins = Math.min(MOST, Math.max(LEAST, Math.ceil((to - from) / FINE)));
+  return source.cut(from, to, bins);
+}
+
+/** Reads a column, two values for each bin that has several samples. */
+export function pathValues(source: SampleSource, column: string, bins: Bins): Float32Array {
+  const [low, high] = [new Float32Array(bins.count), new Float32Array(bins.count)];
+  source.reduce(column, bins, low, high);
+  const values = new Float32Array(pointsOf(bins));
+  writeCurve(bins, low, high, values);
+  return values;
 }

@@ -1,12 +1,11 @@
 /** The menu of a plot: save or copy its picture and its numbers. */
 
 import { mount, unmount } from 'svelte';
-import { copyText } from '../ui/copy-text';
-import { saveFile } from '../ui/save-file';
+import { copyText, saveFile } from '../ui/export';
 import type { ShownPlot } from './plot-menu';
 import Menu from './PlotMenu.svelte';
 import { csvOf, tableOf, tabbed } from './table-file';
-import { pictureOf, pngOf } from './picture';
+import { pictureOf, pngOf } from './plot-export';
 
 export interface Choice {
   name: string;

@@ -1,7 +1,6 @@
 /** Deviations over an angle, on rings about a circle of zero deviation. */
 
 import { scaleFor } from '../ui/units';
-import { niceStep } from './polar-step';
 import type { Canvas } from './canvas';
 import type { Look } from './types';
 
@@ -83,4 +82,12 @@ export function drawPolar(canvas: Canvas, curves: readonly PolarCurve[], radius:
   canvas.write('180°', x0 - edge, y0, { ink: 'muted', align: 'right' });
   canvas.write('270°', x0, y0 + edge, { ink: 'muted', align: 'center', baseline: 'top' });
   return (perMetre * radius) / ring(0);
+}
+
+/** The distance of rings: 1, 2 or 5 times a power of ten, no less than asked for. */
+export function niceStep(least: number): number {
+  if (!(least > 0)) return 1e-9;
+  const power = 10 ** Math.floor(Math.log10(least) + 1e-9);
+  const step = [1, 2, 5, 10].find((each) => each * power >= least * (1 - 1e-9)) ?? 10;
+  return step * power;
 }

@@ -5,7 +5,7 @@ import type { Canvas } from './canvas';
 import type { Ink } from './palette';
 import type { Range } from './range';
 import type { Dash } from './types';
-import { nextVersion, type Underlay } from './underlay';
+import { nextVersion, type Underlay } from './run-overlay';
 
 export interface QuantileBand {
   ink: Ink;

@@ -1,8 +1,8 @@
 /** What a scope shows of its channels: title, labels, colours and lines; and the layouts that ship. */
 
 import { isMath, mathLabel } from './math-column';
-import { differenceOf, type Channel } from './source';
-import { scopeWith, type ScopeSpec } from './scope-layout';
+import { type Channel, differenceOf } from './source';
+import { type ScopeSpec, scopeWith } from './scope-layout';
 import type { Trace, Traces } from './scope-chart';
 import type { Dash, Look } from './types';
 import { looksOf } from './variant-looks';
@@ -332,3 +332,6 @@ export function retargeted(spec: ScopeSpec, from: Subject, to: Subject): ScopeSp
     own: spec.own.map(renamed),
   };
 }
+
+/** Channels that are dragged from the list onto a scope. */
+export const CHANNEL_TYPE = 'application/x-motionlab-channel';

@@ -4,14 +4,14 @@ import { boxOf, drawAxes, valueTicks, withUnit } from './axes';
 import { AxisScale } from './axis-scale';
 import type { Bins } from './bins';
 import { crisp, type Canvas } from './canvas';
-import { CurvePicture } from './curve-picture';
+import { ScrollingCurves } from './scrolling-curves';
 import { ChartPointer, type ChartEvents, type TimeAxis } from './chart-pointer';
 import type { Ink } from './palette';
 import { calmRange, multiples, roundStep, type Range } from './range';
 import type { SampleSource } from './source';
 import { SourceCurve } from './source-curve';
 import type { Dash, Look } from './types';
-import type { Underlay } from './underlay';
+import type { Underlay } from './run-overlay';
 
 /** Room for the numbers of the value axis and of the time axis, CSS pixels. */
 const GUTTER = 66;
@@ -91,7 +91,7 @@ export class ScopeChart implements TimeAxis {
   private right: number = RIGHT.plain;
   private x: AxisScale;
   /** Where samples come one after the other and nothing lies behind them. */
-  private picture: CurvePicture | null = null;
+  private picture: ScrollingCurves | null = null;
   private drawn = '';
 
   constructor(
@@ -131,7 +131,7 @@ export class ScopeChart implements TimeAxis {
     this.levels = levels ?? [];
     this.right = state.right ?? RIGHT.plain;
     const grows = source.revision !== undefined && underlays.length === 0 && !this.canvas.alone;
-    this.picture = grows ? (this.picture ?? new CurvePicture(this.canvas)) : null;
+    this.picture = grows ? (this.picture ?? new ScrollingCurves(this.canvas)) : null;
     this.x = this.timeScale();
     const bins = source.cut(this.x.from, this.x.to, this.across);
     const kept = this.picture?.kept(source, bins) ?? 0;

@@ -1,6 +1,6 @@
 /** Numbers of plots and tables as CSV and as text for a spreadsheet. */
 
-import { cellText, csvRow } from '../ui/table-cell';
+import { cellText, csvRow } from '../ui/export';
 import { ascending, errorEnds, finite } from './curves';
 import type { CurveData, GridData, PlotData, SourceData } from './plot-menu';
 import type { Column } from './table-columns';

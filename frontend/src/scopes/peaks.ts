@@ -2,6 +2,10 @@
 
 import { differenceOf, extremes, type SampleSource } from '../plot/source';
 import type { TimeView } from './time-view.svelte';
+import { messages } from '../app/messages.svelte';
+import { channelName } from '../plot/scope-catalog';
+import { copyText } from '../ui/export';
+import { digits, quantity } from '../ui/units';
 
 /** How far a curve has to go back on both sides of a peak, as a share of peak to peak of what is visible. */
 export const PROMINENCE = 0.1;
@@ -111,4 +115,24 @@ async function samplesOf(view: TimeView, column: string, from: number, to: numbe
   const read = minuend && subtrahend ? [minuend, subtrahend] : [column];
   const found = await view.samples(read, { from, to: to + period });
   return found && every(found, 0.5);
+}
+
+export function tellPeak(view: TimeView, peak: Peak | null, way: 1 | -1): void {
+  if (!peak) {
+    const where = way > 0 ? 'after' : 'before';
+    messages.info(`No peak ${where} the cursor that stands out by a tenth of what is visible.`);
+    return;
+  }
+  const { column, time, value } = peak;
+  const bare = column.replace(/^A-B\./, 'A.');
+  const unit = view.channels.find(({ name }) => name === bare)?.unit ?? '1';
+  const read = quantity(value, unit);
+  const text = `${column}: ${read.number} ${read.unit} at ${digits(time, 7)} s`;
+  // All digits, SI, as other programs read them.
+  const exact = `${column}\t${time}\t${value}`;
+  const why = view.whyOf?.(peak);
+  messages.info(`Peak of ${channelName(column)}, ${text}`, [
+    { name: 'Copy', run: () => void copyText(exact) },
+    ...(why ? [{ name: 'Why?', run: why }] : []),
+  ]);
 }

@@ -15,7 +15,7 @@ import {
   type SampleSource,
   type StillSource,
 } from '../plot/source';
-import type { Underlay } from '../plot/underlay';
+import type { Underlay } from '../plot/run-overlay';
 import type { Layout } from './layout.svelte';
 import type { Peak } from './peaks';
 import type { Statistic } from './statistics';
@@ -268,10 +268,7 @@ export abstract class TimeView {
 
   /** Goes with the last cursor to the next peak, or the one before, and reads it. */
   async nextPeak(way: 1 | -1): Promise<void> {
-    const [{ nextPeak }, { tellPeak }] = await Promise.all([
-      import('./peaks'),
-      import('./tell-peak'),
-    ]);
+    const { nextPeak, tellPeak } = await import('./peaks');
     const peak = await nextPeak(this, way);
     if (peak) this.goTo(peak.time);
     tellPeak(this, peak, way);

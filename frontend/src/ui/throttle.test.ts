@@ -1,5 +1,5 @@
 import { afterEach, beforeEach, expect, it, vi } from 'vitest';
-import { Throttle } from './throttle';
+import { Throttle } from './throttle.svelte';
 
 beforeEach(() => {
   vi.useFakeTimers();

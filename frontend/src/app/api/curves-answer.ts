@@ -1,6 +1,7 @@
 /** Binary answers of the server: a JSON head, then curves as least and most of equal bins. */
 
-import type { Envelope } from '../../plot/source';
+import { type Envelope, StillSource } from '../../plot/source';
+import type { Metrics } from './types';
 
 interface Packed {
   time: { start: number; step: number; count: number };
@@ -21,4 +22,27 @@ export function readCurves<Head extends Pick<Packed, 'time'>>(
       [name, { minimum: curve(minimum), maximum: curve(maximum) }] as const,
   );
   return { ...head, columns: new Map(columns), numbers };
+}
+
+export interface Preview {
+  result: Metrics;
+  /** `window` when the run began at a stored state of the unchanged scenario, at `begin`. */
+  how: 'whole' | 'window';
+  /** s */
+  begin: number;
+  /** Of the whole scenario, and of a control period, s. */
+  duration: number;
+  period: number;
+  source: StillSource;
+}
+
+interface Header extends Omit<Preview, 'source'> {
+  time: { start: number; step: number; count: number };
+}
+
+/** Reads an answer of POST /whatif; arrays are views into it. */
+export function readAnswer(buffer: ArrayBuffer): Preview {
+  const { time, columns, result, how, begin, duration, period } = readCurves<Header>(buffer);
+  const source = new StillSource(time.start, time.step, time.count, columns);
+  return { result, how, begin, duration, period, source };
 }

@@ -1,7 +1,8 @@
 /** How each field is called and shown. The server says so, once; nothing here knows a field. */
 
 import { clean, digits, minus, pretty, prettyUnit } from '../../ui/units';
-import type { FieldEntry, ProblemField, ScenarioFields, Value } from '../api/types';
+import type { FieldEntry, ProblemField, Scenario, ScenarioFields, Value } from '../api/types';
+import { at } from '../api/scenario-paths';
 
 export type Entries = Readonly<Record<string, FieldEntry>>;
 
@@ -145,4 +146,13 @@ export function editable(path: string, value: number): string {
 
 function trim(text: string): string {
   return minus(text.includes('.') && !text.includes('e') ? text.replace(/\.?0+$/, '') : text);
+}
+
+export function lawName(scenario: Scenario | null, variant: string): string {
+  const compensation = `variants.${variant}.controller.compensation`;
+  const law = at(scenario, `${compensation}.law`);
+  if (typeof law !== 'string') return '';
+  const name = show(`${compensation}.law`, law);
+  const off = law !== 'off' && at(scenario, `${compensation}.enabled`) === false;
+  return off ? `${name}, switched off` : name;
 }

@@ -1,7 +1,6 @@
 import { expect, it } from 'vitest';
 import type { Scenario } from '../api/types';
-import { served } from './fields.svelte';
-import { lawName } from './law-name';
+import { lawName, served } from './fields.svelte';
 
 const LAWS = {
   off: 'no compensation',

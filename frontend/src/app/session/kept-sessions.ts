@@ -2,7 +2,7 @@
 
 import { equal } from '../api/scenario-paths';
 import type { Changes, Scenario, Trajectory } from '../api/types';
-import { discard, listOf, load, recordOf, save, type Form } from '../storage';
+import { discard, type Form, listOf, load, recordOf, save } from '../storage';
 
 /** Paths of a session whose names are known. */
 const PATHS = 4;
@@ -89,4 +89,24 @@ export function keptDraft(id: string): Changes {
 /** Returns the paths with another one first. */
 export function withPath(paths: readonly GivenPath[], path: GivenPath): readonly GivenPath[] {
   return [path, ...paths.filter(({ table }) => !equal(table, path.table))].slice(0, PATHS);
+}
+
+/**
+ * Returns a name such as `my-star`, `my-star, edited` or `drawn path`; empty for the scenario's own
+ * path, and for one of the kinds identified by their numbers.
+ */
+export function pathName(
+  trajectory: Trajectory | undefined,
+  own: Trajectory | undefined,
+  given: readonly GivenPath[],
+): string {
+  if (!trajectory || equal(trajectory, own)) return '';
+  const drawn = trajectory.kind === 'path' ? 'drawn path' : '';
+  // The server adds what a table leaves to its defaults.
+  const same = given.find(({ table }) =>
+    Object.entries(table).every(([key, value]) => equal(trajectory[key], value)),
+  );
+  if (same) return same.name === '' ? drawn : same.name;
+  const last = given.find(({ table }) => table.kind === trajectory.kind);
+  return last === undefined || last.name === '' ? drawn : `${last.name}, edited`;
 }

@@ -1,7 +1,6 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from 'vitest';
 import type { SessionInfo } from '../api/types';
-import { Backoff } from './backoff';
-import { StreamClient, type Connection, type Socket } from './stream-client';
+import { Backoff, type Connection, type Socket, StreamClient } from './stream-client';
 
 class FakeSocket implements Socket {
   binaryType: BinaryType = 'blob';

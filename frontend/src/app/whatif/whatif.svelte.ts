@@ -7,8 +7,8 @@ import { errorText } from '../error-text';
 import { LatestWins } from '../latest-wins';
 import { within } from '../runs/run-range';
 import { SeenCurves } from '../runs/seen-curves';
-import { Backoff } from '../stream/backoff';
-import { readAnswer, type Preview } from './whatif-answer';
+import { Backoff } from '../stream/stream-client';
+import { type Preview, readAnswer } from '../api/curves-answer';
 
 /** Bins of each curve while a control moves: more than a scope has pixels, and no more to carry. */
 const COARSE = 1000;

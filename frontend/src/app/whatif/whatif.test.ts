@@ -2,10 +2,10 @@ import { afterEach, beforeEach, describe, expect, it, vi } from 'vitest';
 import { StillSource } from '../../plot/source';
 import { ApiError, UNREACHABLE, type Api } from '../api/client';
 import type { Scenario } from '../api/types';
-import { readAnswer } from './whatif-answer';
+import { readAnswer } from '../api/curves-answer';
 import { WhatIf } from './whatif.svelte';
 
-vi.mock('./whatif-answer', () => ({ readAnswer: vi.fn() }));
+vi.mock('../api/curves-answer', () => ({ readAnswer: vi.fn() }));
 
 const problem = (status: number) => ({ title: '', status, detail: `status ${status}`, errors: [] });
 const refusal = (status: number, retryAfter: number | null = null) =>

@@ -1,9 +1,10 @@
-/** The scenario of a run, simulated anew and kept. */
+/** Scenarios of runs and what-ifs, simulated and kept as runs. */
 
 import type { RunDetail } from '../../app/api/types';
 import { messages } from '../../app/messages.svelte';
 import { app } from '../../app/store.svelte';
 import { asItRan } from './as-it-ran';
+import { screen } from '../../app/screen.svelte';
 
 /**
  * Simulates the scenario of a run, with the changes that were made while it ran.
@@ -32,3 +33,19 @@ export async function simulateRun(run: RunDetail, motor = ''): Promise<string | 
 
 /** The channel in which a run and its simulation are looked at first. */
 export const errorOf = (run: RunDetail): string => `${run.variants[0] ?? 'A'}.x.following_error`;
+
+/** Keeps what a what-if shows as a run. */
+export async function keepShown(): Promise<void> {
+  const { question } = app.whatif.answer ?? {};
+  if (!question) return;
+  const { scenario, set } = question;
+  await app.try(async () => {
+    const body = { scenario, set, keep: true };
+    const answer = await app.api.json('post', '/simulate', { body });
+    const run = 'run' in answer ? answer.run : null;
+    const show = { name: 'Show it', run: () => screen.go('runs', run ? { run } : {}) };
+    messages.info(run ? `Kept as ${run} in Runs.` : 'It takes long: Runs has it when it is done.', [
+      show,
+    ]);
+  });
+}

@@ -1,7 +1,7 @@
 /** Everything that a person can reach by typing its name. */
 
 import { focusPart } from '../../ui/focus';
-import type { KeyTable } from './keys';
+import type { KeyTable } from './keyboard.svelte';
 import { panels } from './panels';
 
 export interface Command {

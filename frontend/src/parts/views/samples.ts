@@ -1,7 +1,7 @@
 /** Every sample of some columns over a stretch of a what-if or of a live session. */
 
 import type { Range, SampleSource } from '../../plot/source';
-import { readAnswer } from '../../app/whatif/whatif-answer';
+import { readAnswer } from '../../app/api/curves-answer';
 import { app } from '../../app/store.svelte';
 import type { Changes, Scenario } from '../../app/api/types';
 

@@ -1,6 +1,6 @@
 /** Stretches of curves around the moments at which a scope was triggered. */
 
-import type { GhostRun } from '../../plot/ghosts';
+import type { GhostRun } from '../../plot/run-overlay';
 import { StillSource, type Envelope, type Range, type SampleSource } from '../../plot/source';
 
 export interface Origin {

@@ -1,13 +1,12 @@
 /** The trigger of a view: waits for its conditions, captures what is around, and shows it. */
 
-import type { GhostRun } from '../../plot/ghosts';
+import type { GhostRun } from '../../plot/run-overlay';
 import type { Range } from '../../plot/range';
 import type { SampleSource, StillSource } from '../../plot/source';
 import { load, save } from '../../app/storage';
 import { KEPT_FORM } from './kept-settings';
-import { copied, laidBehind, type Capture, type Origin } from './captures';
-import { triggerText } from './trigger-text';
-import { channelsOf, Detector, type Condition, type Join } from './detector';
+import { type Capture, copied, laidBehind, type Origin } from './captures';
+import { channelsOf, type Condition, Detector, type Join } from './detector';
 
 /** `auto` also shows what passes while nothing triggers; `single` waits for a hand after one. */
 export type Mode = 'auto' | 'normal' | 'single';
@@ -311,5 +310,27 @@ export class Trigger {
     this.place = place;
     const { shown, view } = this;
     view.look(view.coming ? null : (shown?.range ?? null));
+  }
+}
+
+export function triggerText({ conditions, join }: Pick<Settings, 'conditions' | 'join'>): string {
+  return `Trigger: ${conditions.map(conditionText).join(` ${join} `)}.`;
+}
+
+function conditionText(condition: Condition): string {
+  switch (condition.kind) {
+    case 'reversal':
+      return `reversal of ${condition.channel}${condition.slope === 'either' ? '' : `, ${condition.slope}`}`;
+    case 'level': {
+      const { channel, slope, level, hysteresis } = condition;
+      const way = { rising: 'rises to', falling: 'falls to', either: 'passes' }[slope];
+      return `${channel} ${way} ${level}, hysteresis ${hysteresis}`;
+    }
+    case 'window': {
+      const { channel, way, low, high, hysteresis } = condition;
+      return `${channel} ${way} ${low} to ${high}, hysteresis ${hysteresis}`;
+    }
+    case 'mark':
+      return 'any mark';
   }
 }

@@ -3,7 +3,7 @@
 import type { CommissioningRecord, CommissioningStatus } from '../../app/api/types';
 import { control } from '../../app/drive/control.svelte';
 import { app } from '../../app/store.svelte';
-import { saveFile } from '../../ui/save-file';
+import { saveFile } from '../../ui/export';
 
 const PERIOD = 500; // ms
 const PATH = '/drive/commissioning';

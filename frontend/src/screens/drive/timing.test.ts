@@ -2,7 +2,7 @@ import { describe, expect, it } from 'vitest';
 import { exampleStatus } from './example-status';
 import { limitRows } from './limit-rows';
 import { alText, linkRows } from './link-rows';
-import { histogram, realTime, timingRows } from './timing';
+import { histogram, realTime, SteadyPhase, timingRows } from './timing';
 
 const loop = (change = {}) => exampleStatus({}, change).loop;
 
@@ -76,4 +76,19 @@ it('shows limits with their objects, and those that only the loop has', () => {
   expect(rows.find(({ object }) => object === '6065')).toMatchObject({ values: ['500', '500'] });
   expect(rows.find(({ object }) => object === '607D:01')?.values).toEqual(['−84.5', '−84.5']);
   expect(rows.find(({ name }) => name === 'speed')?.object).toBe('loop');
+});
+
+it('counts as in phase after a second without a break, and at once where it was so from the start', () => {
+  const steady = new SteadyPhase();
+  const locked = (phase_locked: boolean, at: number) =>
+    steady.of(exampleStatus({}, { phase_locked }), at).loop.phase_locked;
+  expect(locked(true, 0)).toBe(true);
+  expect(locked(false, 200)).toBe(false);
+  expect(locked(true, 400)).toBe(false);
+  expect(locked(false, 1300)).toBe(false);
+  expect(locked(true, 1500)).toBe(false);
+  expect(locked(true, 2499)).toBe(false);
+  expect(locked(true, 2500)).toBe(true);
+  expect(locked(true, 2700)).toBe(true);
+  expect(locked(false, 2900)).toBe(false);
 });

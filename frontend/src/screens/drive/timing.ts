@@ -101,3 +101,19 @@ export function realTime({ priority, priority_wanted, memory_locked, age }: Loop
       ' (systemd), the same with ulimit -r and -l, or CAP_SYS_NICE and CAP_IPC_LOCK.',
   };
 }
+
+const HELD = 1000; // ms
+
+/** Lets the exchange count as in phase once it has been so in every answer of the last second. */
+export class SteadyPhase {
+  private since = -Infinity;
+
+  /** Returns a status that came at a time, ms, with the phase as it counts. */
+  of(status: DriveStatus, at: number): DriveStatus {
+    if (!status.loop.phase_locked) this.since = Infinity;
+    else if (this.since > at) this.since = at;
+    const steady = at - this.since >= HELD;
+    if (steady === status.loop.phase_locked) return status;
+    return { ...status, loop: { ...status.loop, phase_locked: steady } };
+  }
+}

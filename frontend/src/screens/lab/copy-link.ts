@@ -4,7 +4,7 @@ import { LINK_MAX, sessionParameters, settingsOf } from '../../app/lab-link';
 import { messages } from '../../app/messages.svelte';
 import { fromAddress, parsed, setAddress } from '../../app/storage';
 import { app } from '../../app/store.svelte';
-import { copyText } from '../../ui/copy-text';
+import { copyText } from '../../ui/export';
 import { STATISTICS } from '../../scopes/statistics';
 import { view } from './scopes/view.svelte';
 

@@ -1,6 +1,6 @@
 import { describe, expect, it } from 'vitest';
 import type { Metrics, Scenario } from '../../app/api/types';
-import { headline, sentence } from './headline';
+import { driveEmptyText, headline, sentence } from './headline';
 
 const run = (a: number | null, b: number | null, y: number | null = 0) =>
   ({
@@ -83,4 +83,16 @@ describe('what A and B are', () => {
     );
     expect(sentence(scenario(off, off, 0, [changed]), ['A', 'B'])).toContain('twice: A and B have');
   });
+});
+
+it('says that a motion on drives goes to its start, or ended before it, and names no Play', () => {
+  expect(driveEmptyText('A', 'playing', 0)).toBe(
+    'A moves to its start on the drive; curves begin there.',
+  );
+  expect(driveEmptyText('B', 'stopped', 0)).toBe('B ended on the drive before its start.');
+});
+
+it('does not speak of the start once the motion has begun', () => {
+  expect(driveEmptyText('A', 'playing', 0.4)).toBe('A moves on the drive: no result yet');
+  expect(driveEmptyText('A', 'stopped', 2.193)).toBe('A ended on the drive without a result');
 });

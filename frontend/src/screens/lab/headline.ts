@@ -1,9 +1,16 @@
 /** The result in one line, and what A and B are in one sentence. */
 
 import { difference, numberAt, withChanges } from '../../app/api/scenario-paths';
-import { AXES, type Axis, type Changes, type Metrics, type Scenario } from '../../app/api/types';
+import {
+  AXES,
+  type Axis,
+  type Changes,
+  type Metrics,
+  type Scenario,
+  type SessionInfo,
+} from '../../app/api/types';
 import { fieldOf, show } from '../../app/fields/fields.svelte';
-import { digits, quantity, scaleFor, type Scale } from '../../ui/units';
+import { digits, quantity, type Scale, scaleFor } from '../../ui/units';
 
 export interface Headline {
   /** Whose figure leads; empty where there is none. */
@@ -162,4 +169,20 @@ export function sentence(begun: Scenario, shown: readonly string[]): string {
   if (laws[0] === laws[1]) return `${start}: ${then}${a} and ${b} differ in ${list}.`;
   const also = list === '' ? '' : `; they differ in ${list} too`;
   return `${start}: ${then}${a} ${laws[0]}, ${b} ${laws[1]}${also}.`;
+}
+
+/** `time` is what has been recorded of the motion, s: nothing on the way to its start. */
+export function driveEmptyText(
+  variant: string,
+  state: SessionInfo['state'] | undefined,
+  time: number,
+): string {
+  if (time > 0) {
+    return state === 'playing'
+      ? `${variant} moves on the drive: no result yet`
+      : `${variant} ended on the drive without a result`;
+  }
+  return state === 'playing'
+    ? `${variant} moves to its start on the drive; curves begin there.`
+    : `${variant} ended on the drive before its start.`;
 }

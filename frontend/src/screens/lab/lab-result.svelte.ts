@@ -1,8 +1,8 @@
 /** The result that the Lab shows, staged or in the motor, for headline and metrics alike. */
 
 import { app } from '../../app/store.svelte';
-import { driveEmptyText } from './drive-empty';
-import { parts } from './parts.svelte';
+import { driveEmptyText } from './headline';
+import { onDemand } from './on-demand.svelte';
 import { spanText } from '../../ui/units';
 
 class LabResult {
@@ -39,7 +39,7 @@ class LabResult {
     const { state } = app.session.info ?? {};
     const { variant, time } = app.session;
     if (variant !== '') return driveEmptyText(variant, state, time);
-    if (parts.onDrive) return 'No result yet: nothing has run on the drive';
+    if (onDemand.onDrive) return 'No result yet: nothing has run on the drive';
     if (state === 'playing') return 'No result yet: it has just begun';
     const stopped = state === 'stopped' || state === 'stopping';
     return `No result yet: press ${stopped ? 'Reset, then Play' : 'Play'}`;

@@ -3,7 +3,7 @@
 import { AXES, type RunDetail } from '../../app/api/types';
 import type { Length } from '../../app/runs/run-range';
 import type { Range } from '../../plot/range';
-import { scopeWith, type ScopeSpec } from '../../plot/scope-layout';
+import { type ScopeSpec, scopeWith } from '../../plot/scope-layout';
 
 /** How much of a run that is played the plane shows at once, s. */
 const PAGE_SECONDS = 12;
@@ -57,4 +57,27 @@ export function errorScopes(run: RunDetail): ScopeSpec[] {
   }).filter((channels) => channels.length > 0);
   const channels = errors.length > 0 ? errors : names.slice(0, FEW).map((name) => [name]);
   return channels.map((each) => scopeWith(...each));
+}
+
+export interface Quantity {
+  /** Such as `x following error`. */
+  name: string;
+  columns: string[];
+}
+
+const VARIANTS = 2;
+
+/** Returns the quantities of a run, following errors first. */
+export function quantitiesOf({ columns, variants }: RunDetail): Quantity[] {
+  const shown = new Set(variants.slice(0, VARIANTS));
+  const found = new Map<string, string[]>();
+  for (const { name = '' } of columns) {
+    const [, variant, rest] = /^([A-Z])\.(.+)$/.exec(name) ?? [];
+    if (variant !== undefined && !shown.has(variant)) continue;
+    const quantity = (rest ?? name).replaceAll(/[._]/g, ' ');
+    found.set(quantity, [...(found.get(quantity) ?? []), name]);
+  }
+  const all = [...found].map(([name, own]) => ({ name, columns: own }));
+  const errors = all.filter(({ name }) => name.endsWith('following error'));
+  return [...errors, ...all.filter((each) => !errors.includes(each))];
 }

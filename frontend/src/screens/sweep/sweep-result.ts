@@ -4,7 +4,7 @@ import type { Axis, SweepResult, Value } from '../../app/api/types';
 import { nameOf, fieldOf } from '../../app/fields/fields.svelte';
 import type { PlotAxis, Look, Series } from '../../plot/types';
 import { valueText } from './sweep-form';
-import { csvRow } from '../../ui/table-cell';
+import { csvRow } from '../../ui/export';
 
 type Numbers = readonly (number | null)[];
 

@@ -1,5 +1,5 @@
-import { describe, expect, it } from 'vitest';
-import { readChecked, stretches, type Violation } from './feasibility';
+import { describe, expect, it, test } from 'vitest';
+import { atLimits, readChecked, stretches, type Violation } from './feasibility';
 import { amount, placeText, timeText, title } from './violation-text';
 
 function answer(more: object = { outline: null }): ArrayBuffer {
@@ -65,4 +65,17 @@ describe('words', () => {
     expect(timeText(violation)).toBe('0.471 to 0.500 s');
     expect(timeText({ ...violation, end: 0.4715 })).toBe('at 0.471 s');
   });
+});
+
+test('variants at a limit are named with the share of the time, others are not', () => {
+  const free = { saturated_fraction: 0 };
+  const variants = {
+    A: { diverged: { time: 0.4 }, axes: { x: free, y: { saturated_fraction: null } } },
+    B: { diverged: null, axes: { x: free, y: { saturated_fraction: 0.452 } } },
+    C: { diverged: null, axes: { y: free } },
+  };
+  expect(atLimits(variants)).toEqual([
+    'A diverges on this path.',
+    'B has its command or currents at a limit 45 % of the time on y.',
+  ]);
 });

@@ -1,9 +1,10 @@
 /** The server's answer to POST /trajectories/check: what a path asks of the motor. */
 
 import { readCurves } from '../../app/api/curves-answer';
-import type { Axis, Trajectory } from '../../app/api/types';
+import { AXES, type Axis, type Trajectory } from '../../app/api/types';
 import type { Envelope } from '../../plot/source';
 import type { Outline } from './geometry';
+import { digits } from '../../ui/units';
 
 export type Limited = 'position' | 'step' | 'velocity' | 'acceleration' | 'thrust';
 
@@ -96,4 +97,23 @@ export function stretches(
     }
   }
   return found;
+}
+
+interface Variant {
+  diverged: unknown;
+  axes: Partial<Record<Axis, { saturated_fraction?: number | null }>>;
+}
+
+/** Returns a sentence on each variant that is at a limit some of the time, or that diverges. */
+export function atLimits(variants: Readonly<Record<string, Variant>>): string[] {
+  return Object.entries(variants).flatMap(([name, { diverged, axes }]) => {
+    if (diverged) return [`${name} diverges on this path.`];
+    const shares = AXES.flatMap((axis) => {
+      const share = axes[axis]?.saturated_fraction ?? 0;
+      return share > 0 ? [`${digits(share * 100, 2)} % of the time on ${axis}`] : [];
+    });
+    return shares.length > 0
+      ? [`${name} has its command or currents at a limit ${shares.join(', ')}.`]
+      : [];
+  });
 }

@@ -1,6 +1,6 @@
 import { describe, expect, it } from 'vitest';
 import { newPath, withoutPoints, type Point } from './drawn-path';
-import { drawn, simplified } from './freehand';
+import { drawn, simplified } from './shapes';
 import { aligned, boundsOf, distributed, movedBy, rotated, scaled, within } from './selection';
 
 const PATH = newPath(

@@ -1,7 +1,7 @@
 import { expect, it } from 'vitest';
 import { costAt, edgeLine, pathLine } from './landscape';
 import type { LoopFigures } from '../../parts/loop/loops.svelte';
-import { limitWarnings } from './stability-warnings';
+import { limitWarnings } from './loop-figures';
 
 const MAP = {
   stride: 1,

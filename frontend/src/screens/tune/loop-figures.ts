@@ -1,9 +1,9 @@
 /** Rows of the loop's figures: margins of both loops, and what eqs (39) to (42) promise of one. */
 
 import { at } from '../../app/api/scenario-paths';
-import type { Scenario } from '../../app/api/types';
+import type { Axis, Scenario } from '../../app/api/types';
 import { digits, scaleFor } from '../../ui/units';
-import type { LoopAt } from '../../parts/loop/loops.svelte';
+import type { LoopAt, LoopFigures } from '../../parts/loop/loops.svelte';
 import { inDecibels, inDegrees } from '../../parts/loop/margins';
 import type { LookedAt } from './loop-store.svelte';
 
@@ -144,4 +144,24 @@ function lengths(name: string, title: string, values: (number | null)[]): Figure
   const known = values.filter((value) => value !== null);
   const { factor, unit } = scaleFor(Math.max(...known), 'm');
   return { name, unit, title, values: values.map((value) => number(value, factor)) };
+}
+
+/** Returns what is wrong with chosen gains, and at which gain the loop would be stable. */
+export function limitWarnings(figures: LoopFigures | null, axis: Axis): string[] {
+  if (!figures) return [];
+  return [figures, figures.standstill].flatMap((loop) => warning(loop, axis));
+}
+
+function warning(figures: LoopAt, axis: Axis): string[] {
+  if (figures.stable) return [];
+  const edges = [
+    ['k_p', figures.k_p_limit, 'N/mm'] as const,
+    ['k_d', figures.k_d_limit, 'N s/mm'] as const,
+  ].flatMap(([gain, limit, unit]) =>
+    limit === null ? [] : [`${gain} = ${digits(limit / 1e3, 4)} ${unit}`],
+  );
+  const nearest =
+    edges.length > 0 ? ` The stability boundary, each gain moved alone: ${edges.join(', ')}.` : '';
+  const where = figures.velocity === 0 ? ' at standstill' : '';
+  return [`The chosen gains of ${axis} are unstable${where}.${nearest}`];
 }

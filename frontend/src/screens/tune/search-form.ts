@@ -5,7 +5,7 @@ import { at } from '../../app/api/scenario-paths';
 import type { components } from '../../app/api/schema';
 import type { Axis, ProblemField, Scenario } from '../../app/api/types';
 import type { ScenarioSource } from '../../app/jobs/job-request';
-import { fieldOf, nameOf, refusal, served, type Entries } from '../../app/fields/fields.svelte';
+import { type Entries, fieldOf, nameOf, refusal, served } from '../../app/fields/fields.svelte';
 import { listOf, nullOr, oneOf, partOf, recordOf } from '../../app/storage';
 import { clean } from '../../ui/units';
 
@@ -180,3 +180,11 @@ export function complaint(problem: ProblemField): string {
 /** A gain margin in decibels, and back. */
 export const decibels = (factor: number): number => clean(20 * Math.log10(factor));
 export const factorOf = (dB: number): number => clean(10 ** (dB / 20));
+
+/** Summary of the request of a search or a map. */
+export function describe(request: Record<string, unknown>): string {
+  const { axis = 'both', objective = { rms: 1 }, scenario = 'circle' } = request;
+  const name = typeof scenario === 'string' ? scenario : (scenario as { name: string }).name;
+  const axes = axis === 'both' ? 'x, y' : (axis as string);
+  return `${name} ${axes}: ${Object.keys(objective as object).join(' + ')}`;
+}

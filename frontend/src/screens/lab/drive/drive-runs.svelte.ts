@@ -7,7 +7,7 @@ import { messages } from '../../../app/messages.svelte';
 import { getRun } from '../../../parts/runs/runs-api';
 import { load, save } from '../../../app/storage';
 import { app } from '../../../app/store.svelte';
-import { parts } from '../parts.svelte';
+import { onDemand } from '../on-demand.svelte';
 import { keepSequence, keptSequence, type Sequence } from './sequence';
 import { runText, whyNot } from './why-not';
 
@@ -121,7 +121,7 @@ class DriveRuns {
   }
 
   private clearGhosts(): void {
-    this.ghosts.forEach((id) => parts.overlay?.overlay.remove(id));
+    this.ghosts.forEach((id) => onDemand.overlay?.overlay.remove(id));
     this.ghosts = [];
   }
 
@@ -135,8 +135,8 @@ class DriveRuns {
       async () => (await getRun(run)).state !== 'recording' || null,
       'The run of the motion is still being written.',
     );
-    await parts.loadOverlay();
-    parts.overlay?.overlay.add([run]);
+    await onDemand.loadOverlay();
+    onDemand.overlay?.overlay.add([run]);
     this.ghosts = [...this.ghosts, run];
   }
 

@@ -9,7 +9,7 @@ import { app } from '../../../app/store.svelte';
 import { BandUnderlay } from '../../../plot/quantile-band';
 import type { Scope } from '../../../plot/scope-catalog';
 import type { SampleSource } from '../../../plot/source';
-import type { Underlay } from '../../../plot/underlay';
+import type { Underlay } from '../../../plot/run-overlay';
 import { covers, quantileBands, type Spec } from './spread';
 
 export const CASES = [100, 300, 1000] as const;

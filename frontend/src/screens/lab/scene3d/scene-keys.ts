@@ -3,7 +3,7 @@
  * hear of them, not even of Esc, which is STOP.
  */
 
-import { takesKey } from '../../../parts/shell/keys';
+import { takesKey } from '../../../parts/shell/keyboard.svelte';
 
 /** What viser moves its camera with. */
 const CAMERA = ['KeyW', 'KeyA', 'KeyS', 'KeyD', 'KeyQ', 'KeyE'];

@@ -19,9 +19,9 @@ import type { Range } from '../../../plot/range';
 import type { Moment } from '../../../plot/scope-chart';
 import type { Channel, SampleSource, StillSource } from '../../../plot/source';
 import { LAYOUTS, retargeted, type Scope } from '../../../plot/scope-catalog';
-import type { Underlay } from '../../../plot/underlay';
+import type { Underlay } from '../../../plot/run-overlay';
 import { digits } from '../../../ui/units';
-import { parts } from '../parts.svelte';
+import { onDemand } from '../on-demand.svelte';
 
 export const SPANS = [1, 2, 5, 10, 20, 30] as const;
 
@@ -210,7 +210,7 @@ class View extends TimeView {
   }
 
   override readonly behind = (scope: Scope, range: Range): readonly Underlay[] => {
-    const { study, overlay } = parts;
+    const { study, overlay } = onDemand;
     return [
       ...(study?.study.behind(scope, this.source) ?? []),
       ...(overlay?.behind(overlay.overlay.list, scope, range) ?? []),
@@ -218,15 +218,15 @@ class View extends TimeView {
   };
 
   override readonly note = (scope: Scope): string => {
-    const study = parts.study?.study;
+    const study = onDemand.study?.study;
     const banded = (study?.behind(scope, this.source) ?? []).length > 0;
     return banded ? `▒ 5–95 %, min–max of ${study?.result?.cases} plants` : '';
   };
 
   override readonly whyOf = ({ column }: Peak): (() => void) | null => {
     const [, variant, axis] = FOLLOWING_ERROR.exec(column) ?? [];
-    if (!variant || !axis || !parts.canAskWhy) return null;
-    return () => void parts.askWhy({ variant, axis: axis as Axis });
+    if (!variant || !axis || !onDemand.canAskWhy) return null;
+    return () => void onDemand.askWhy({ variant, axis: axis as Axis });
   };
 
   /** On drives nothing measures the true state of the machine. */

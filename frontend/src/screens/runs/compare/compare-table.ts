@@ -2,7 +2,7 @@
 
 import type { ChannelComparison, Comparison, Place } from '../../../app/api/types';
 import { digits, percent, prettyUnit, scaleFor, type Scale } from '../../../ui/units';
-import { csvRow } from '../../../ui/table-cell';
+import { csvRow } from '../../../ui/export';
 
 export type Verdict = ChannelComparison['verdict'];
 

@@ -3,10 +3,9 @@
 import { AXES, type Axis, type RunDetail } from '../../../app/api/types';
 import { overlay } from '../../../parts/overlay/overlay.svelte';
 import type { Range } from '../../../plot/range';
-import { behind } from '../../../plot/ghosts';
+import { behind, type Underlay } from '../../../plot/run-overlay';
 import { LAYOUTS, retargeted, type Scope } from '../../../plot/scope-catalog';
 import type { ScopeSpec } from '../../../plot/scope-layout';
-import type { Underlay } from '../../../plot/underlay';
 import { RunCurves } from '../run-curves.svelte';
 import { errorScopes, pageOf, planePage, withoutPlane } from '../run-window';
 import { advanced, otherSpeed } from './playback';

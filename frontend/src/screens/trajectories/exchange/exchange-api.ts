@@ -2,7 +2,7 @@
 
 import type { components, operations } from '../../../app/api/schema';
 import { app } from '../../../app/store.svelte';
-import { saveFile } from '../../../ui/save-file';
+import { saveFile } from '../../../ui/export';
 import type { Editor } from '../editor.svelte';
 
 export type ReadQuery = NonNullable<operations['importTrajectory']['parameters']['query']>;

@@ -5,8 +5,7 @@ import { editor } from '../editor.svelte';
 import type { Point } from '../drawn-path';
 import type { Checked } from '../feasibility';
 import { readFile, type ReadFile, type ReadQuery } from './exchange-api';
-import { textOf } from './file-text';
-import { isEdited, isWords, refusalOf, type Refusal } from './import-text';
+import { isEdited, isWords, type Refusal, refusalOf, textOf } from './import-text';
 
 /** Longer files are not shown in the box, characters. */
 const SHOWN = 200_000;

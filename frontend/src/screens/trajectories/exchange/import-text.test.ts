@@ -2,7 +2,7 @@ import { describe, expect, it } from 'vitest';
 import { ApiError } from '../../../app/api/client';
 import type { ProblemField } from '../../../app/api/types';
 import type { Checked } from '../feasibility';
-import { factsOf, isEdited, isWords, refusalOf } from './import-text';
+import { factsOf, isEdited, isWords, refusalOf, textOf } from './import-text';
 
 function refused(some: Partial<ProblemField>): ApiError {
   const field = { loc: 'line 2', message: 'is no word that is understood', ...some };
@@ -85,4 +85,15 @@ it('tells a text that was changed from another one', () => {
     isEdited(star, '<svg width="9in"><circle r="4"/><rect width="90" height="3"/></svg>'),
   ).toBe(false);
   expect(isEdited('', 'HELLO')).toBe(false);
+});
+
+it.each([
+  ['UTF-8', [0x47, 0xc3, 0xb6]],
+  ['UTF-8 with its mark', [0xef, 0xbb, 0xbf, 0x47, 0xc3, 0xb6]],
+  ['Windows-1252', [0x47, 0xf6]],
+  ['UTF-16, little-endian', [0xff, 0xfe, 0x47, 0, 0xf6, 0]],
+  ['UTF-16, big-endian', [0xfe, 0xff, 0, 0x47, 0, 0xf6]],
+  ['UTF-16 without its mark', [0x47, 0, 0xf6, 0]],
+])('a text in %s is shown', async (_, bytes) => {
+  expect(await textOf(new Blob([new Uint8Array(bytes)]))).toBe('Gö');
 });
