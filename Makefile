@@ -27,7 +27,7 @@ VENV_STAMP := .venv/made-$(HERE)
 DEPS_STAMP := .venv/locked-$(HERE)
 SETUP_STAMP := .venv/installed-$(HERE)
 LOWEST_STAMP := build/lowest/installed-$(HERE)
-LOWEST_ROUTES := $(addprefix tests/service/test_routes.py::,test_health \
+LOWEST_ROUTES := $(addprefix tests/server/test_routes.py::,test_health \
 	test_head_is_get_without_its_content \
 	test_a_message_of_a_stream_that_is_no_short_frame \
 	test_runs_of_a_tag_are_listed test_the_page_on_rest_names_every_route)
@@ -97,7 +97,8 @@ lowest: $(LOWEST_STAMP) ## Test the core on the lowest versions that pyproject.t
 	@NUMBA_DISABLE_JIT=1 build/lowest/bin/python -m pytest --quiet -W ignore::RuntimeWarning \
 		$(LOWEST_ROUTES) & served=$$!; \
 	build/lowest/bin/motionlab run circle >build/lowest/circle.txt && \
-	build/lowest/bin/python -m pytest --quiet tests/config tests/store && wait $$served
+	build/lowest/bin/python -m pytest --quiet tests/config \
+		$(addprefix tests/library/test_,named_maps.py records.py trajectories.py) && wait $$served
 
 schema: $(SETUP_STAMP) ## Write configs/*.schema.json from the config models
 	@$(PY) -m motionlab.config.schema

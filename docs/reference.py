@@ -15,7 +15,7 @@ from motionlab.cli.main import _parser
 from motionlab.config.fields import fields_of
 from motionlab.config.scenario import Scenario
 from motionlab.config.trajectory import EXAMPLES, KINDS
-from motionlab.service.app import create_app
+from motionlab.server.app import create_app
 from motionlab.telemetry.channels import CHANNELS, REFERENCES
 
 _MARK = re.compile(r"<!-- generated: ([a-z]+) -->.*?<!-- end -->", re.DOTALL)

@@ -12,11 +12,11 @@ import httpx
 import pytest
 from hypothesis import settings
 
-from motionlab import progress
+from motionlab.executors import progress
 
 if TYPE_CHECKING:
-    from tests.service.openapi import Contract
-    from tests.service.servers import Server
+    from tests.server.openapi import Contract
+    from tests.server.servers import Server
 
 # The same examples on every run, and no assertion on timing.
 settings.register_profile("motionlab", deadline=None, derandomize=True)
@@ -48,7 +48,7 @@ def _nothing_of_the_user(tmp_path_factory: pytest.TempPathFactory) -> Iterator[N
 @pytest.fixture(scope="session")
 def server() -> Iterator[Server]:
     """A server for all tests that need no settings of their own."""
-    from tests.service.servers import Server
+    from tests.server.servers import Server
 
     server = Server()
     yield server
@@ -58,14 +58,14 @@ def server() -> Iterator[Server]:
 @pytest.fixture(scope="session")
 def document() -> dict[str, Any]:
     """Return the OpenAPI document of a server without a token."""
-    from tests.service.openapi import document
+    from tests.server.openapi import document
 
     return document()
 
 
 @pytest.fixture(scope="session")
 def contract(document: dict[str, Any]) -> Contract:
-    from tests.service.openapi import Contract
+    from tests.server.openapi import Contract
 
     return Contract(document)
 
@@ -82,10 +82,10 @@ MAY_TAKE_TWO = {
     "drive/link/test_motion.py": "a machine that stands still for 60 ms ends a motion on drives",
     "drive/link/test_running.py": "a machine that stands still for 60 ms ends a motion on drives",
     "e2e/test_scene.py": "the 3-D view is drawn by software beside its server",
-    "runs/test_recording.py": "disks are filled and made read-only under servers that end",
-    "service/test_drive_motion.py": "a machine that stands still for 60 ms ends a motion on drives",
-    "service/test_slow_clients.py": "what a slow client loses depends on when its process runs",
-    "service/test_view3d.py": "processes are ended and started again while viewers connect",
+    "library/test_recording.py": "disks are filled and made read-only under servers that end",
+    "server/test_drive_motion.py": "a machine that stands still for 60 ms ends a motion on drives",
+    "server/test_slow_clients.py": "what a slow client loses depends on when its process runs",
+    "server/test_view3d.py": "processes are ended and started again while viewers connect",
 }
 """Files of tests that may pass at the second try, and why."""
 
@@ -95,18 +95,18 @@ MOST_RETRIED = 2
 
 LONGEST = (
     "project/test_documented_commands.py",
-    "service/test_fuzz.py",
-    "service/test_drive_motion.py",
+    "server/test_fuzz.py",
+    "server/test_drive_motion.py",
     "executors/test_executors.py",
-    "runs/test_recording.py",
-    "service/test_view3d.py",
-    "service/test_job_processes.py",
+    "library/test_recording.py",
+    "server/test_view3d.py",
+    "server/test_job_processes.py",
     "project/test_wheel.py",
     "studies/paper/test_reproduce.py",
-    "service/test_connections.py",
-    "service/test_drive.py",
-    "service/test_workers.py",
-    "service/test_jobs.py",
+    "server/test_connections.py",
+    "server/test_drive.py",
+    "server/test_workers.py",
+    "server/test_jobs.py",
     "studies/identify/test_experiment.py",
     "motor_design/test_finite_elements.py",
     "studies/maps/test_command.py",

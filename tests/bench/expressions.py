@@ -10,7 +10,7 @@ from pathlib import Path
 from pyarrow import parquet
 
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.runs.telemetry import check_columns, read_columns
+from motionlab.library.telemetry import check_columns, read_columns
 from motionlab.telemetry import recorder
 from motionlab.telemetry.decimate import extremes
 from tests.bench.table import Row

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from motionlab.service.memory_budget import recordable
-from motionlab.service.settings import Settings
+from motionlab.server.memory_budget import recordable
+from motionlab.server.settings import Settings
 from tests.bench import attacks
 from tests.bench.attacks import Client, again, under
 from tests.bench.serving import Serving

@@ -16,15 +16,15 @@ import numpy as np
 from playwright.sync_api import sync_playwright
 from pyarrow import parquet
 
+from motionlab.analysis.comparison_options import Comparing, Tolerance
+from motionlab.analysis.run_comparison import compare
 from motionlab.config.load import load_scenario
-from motionlab.runs.columns import of_file_or_run
-from motionlab.runs.compare import compare
-from motionlab.runs.comparing import Comparing, Tolerance
-from motionlab.runs.library import Library
-from motionlab.runs.new_run import live_run
-from motionlab.runs.run import RunDetail, new_id
-from motionlab.runs.spool import Spool
-from motionlab.runs.window import PYRAMIDS, grid, window
+from motionlab.library.columns import of_file_or_run
+from motionlab.library.library import Library
+from motionlab.library.new_run import live_run
+from motionlab.library.run import RunDetail, new_id
+from motionlab.library.spool import Spool
+from motionlab.library.window import PYRAMIDS, grid, window
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.result import document, metadata
 from motionlab.simulation.run import run
@@ -35,7 +35,7 @@ from tests.bench.serving import API, Serving
 from tests.bench.stream import watch
 from tests.bench.table import Row
 from tests.e2e.conftest import CHROMIUM, FLAGS
-from tests.runs.served import Served
+from tests.library.served import Served
 
 _LAPS = 80  # of 3 s
 _SECONDS = 240.0

@@ -17,12 +17,12 @@ from typing import Any
 
 import numpy as np
 
-from motionlab.runs.index import Index
-from motionlab.runs.run import Difference, Page, RunDetail
-from motionlab.runs.search import HEADLINE, parse
+from motionlab.library.index import Index
+from motionlab.library.run import Difference, Page, RunDetail
+from motionlab.library.search import HEADLINE, parse
 from tests.bench.table import Row
-from tests.runs.databases import DATABASES, NAMED, database
-from tests.runs.sample_runs import sample
+from tests.library.databases import DATABASES, NAMED, database
+from tests.library.sample_runs import sample
 
 _RUNS = 100_000
 _BATCH = 2000

@@ -14,8 +14,8 @@ from motionlab.config.drawn_path import DrawnPath
 from motionlab.config.load import epochs, load_scenario
 from motionlab.config.planar import AXES
 from motionlab.config.planned_motor import PlannedMotor
+from motionlab.exchange.paths.reading import ReadOptions, read_trajectory
 from motionlab.simulation.prepare import limit_sets, planned_for
-from motionlab.trajectories.exchange.reading import ReadOptions, read_trajectory
 from motionlab.trajectories.reference import sample
 from tests.bench.table import Row
 from tests.trajectories.random_splines import largest_shares, random_splines, time_optimal

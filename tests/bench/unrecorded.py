@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 
 from motionlab.__main__ import main
-from motionlab.service.live.session_recorder import SessionRecorder
+from motionlab.server.live.session_recorder import SessionRecorder
 
 SessionRecorder.advanced = lambda *_, **__: None  # type: ignore[method-assign]
 SessionRecorder.note = lambda *_: None  # type: ignore[method-assign]

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from motionlab.cli.main import main
-from motionlab.runs.library import library
-from motionlab.runs.run import RunDetail
-from tests.runs.test_replay import altered, keep, rewrite
+from motionlab.library.library import library
+from motionlab.library.run import RunDetail
+from tests.library.test_replay import altered, keep, rewrite
 
 QUICK = ["--set", "trajectory.laps=1", "--set", "trajectory.lead_in=0.5"]
 

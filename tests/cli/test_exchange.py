@@ -12,9 +12,9 @@ import scipy.io
 from motionlab.__main__ import main
 from motionlab.config.load import load_scenario
 from motionlab.errors import ConfigError
-from motionlab.runs.library import library
-from motionlab.runs.run import new_id
-from motionlab.runs.search import Search
+from motionlab.library.library import library
+from motionlab.library.run import new_id
+from motionlab.library.search import Search
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import metadata
 from motionlab.telemetry import recorder
@@ -85,7 +85,7 @@ def test_a_full_disk_leaves_nothing_half_written(
 ) -> None:
     import errno
 
-    from motionlab.runs import exports
+    from motionlab.exchange import exports
 
     def fail(*_: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")

@@ -10,9 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from motionlab import progress, tables
 from motionlab.cli import main
 from motionlab.cli.output import size
+from motionlab.executors import progress
+from motionlab.reports import tables
 
 SHORT = ["--set", 'trajectory={kind="dwell",duration=0.1}']
 OUT = ["run", "circle", *SHORT, "--out", "run.csv"]

@@ -14,8 +14,8 @@ import pytest
 
 from motionlab.cli import main
 from motionlab.cli.main import _parser  # pyright: ignore[reportPrivateUsage]
-from motionlab.plain_text import without_controls
-from motionlab.service.serve import _PlainLines  # pyright: ignore[reportPrivateUsage]
+from motionlab.reports.plain_text import without_controls
+from motionlab.server.serve import _PlainLines  # pyright: ignore[reportPrivateUsage]
 
 TITLE = "\x1b]0;OWNED\x07\x1b[2J"
 HOSTILE = f"a{TITLE}\x7f\x9b31m\x85\r\u202eb\u2066\u200f\u2028"

@@ -10,7 +10,7 @@ from http.server import BaseHTTPRequestHandler, HTTPServer
 import pytest
 
 from motionlab.cli import main
-from motionlab.problems import problem_document
+from motionlab.reports.problems import problem_document
 
 PROBLEM = problem_document("drive-link", "not possible while the link is offline")
 

@@ -6,10 +6,10 @@ import json
 
 import pytest
 
+from motionlab.analysis.views.positioning import PositioningCycle, cycled, positioning
 from motionlab.cli import main
 from motionlab.config.load import load_scenario
-from motionlab.runs.views.positioning import PositioningCycle, cycled, positioning
-from motionlab.runs.views.recorded import of_recording
+from motionlab.library.recorded import of_recording
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.run import run
 

@@ -12,8 +12,8 @@ from motionlab.config.changes import parse_assignments
 from motionlab.config.load import load_scenario
 from motionlab.config.shipped import config_root
 from motionlab.config.toml_lines import lines_of
+from motionlab.config.units import si_amount
 from motionlab.errors import ConfigError, FieldError
-from motionlab.units import si_amount
 
 A, B = "variants.A.controller", "variants.B.controller"
 

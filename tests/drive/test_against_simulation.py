@@ -13,7 +13,7 @@ from motionlab.cli import main
 from motionlab.config.load import load_scenario
 from motionlab.config.planar import AXES
 from motionlab.drive.motion import held_parameters, on_drives
-from motionlab.runs.motor import find_motor
+from motionlab.library.motors import find_motor
 from motionlab.simulation.prepare import prepare
 from motionlab.telemetry.recording import Recording, VariantRecord
 from tests.drive.link.lockstep import Lockstep

@@ -19,9 +19,9 @@ from motionlab.drive.link.memory import latch
 from motionlab.drive.link.shared import Figure, Order, State, Status
 from motionlab.drive.motion import DriveMotion, on_drives
 from motionlab.drive.virtual.segment import default_drive
-from motionlab.service import drives as service
-from motionlab.service.drives import Drives
-from motionlab.service.live import sessions
+from motionlab.server import drives as service
+from motionlab.server.drives import Drives
+from motionlab.server.live import sessions
 from motionlab.simulation.prepare import prepare
 from tests.drive.link.lockstep import Lockstep
 from tests.drive.link.step_rig import LockstepLink

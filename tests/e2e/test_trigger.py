@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
+from motionlab.analysis.glitches import reversals
 from motionlab.config.load import load_scenario
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.results.glitches import reversals
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.run import run
 from tests.e2e.actions import API, LONG, button, region

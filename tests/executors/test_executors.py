@@ -22,13 +22,13 @@ import pytest
 from motionlab.cli import main
 from motionlab.errors import ConfigError, FieldError
 from motionlab.executors.executor import WorkerLost, current, executing, opened
-from motionlab.service.settings import Settings
+from motionlab.server.settings import Settings
 from motionlab.studies.table import BY_KIND
 from tests.dask_cluster import Lab, cluster
 from tests.executors.tasks import broken, slow
 from tests.processes import runs
-from tests.service.live import API, until
-from tests.service.servers import PATIENCE, Server
+from tests.server.live import API, until
+from tests.server.servers import PATIENCE, Server
 
 SET = {"trajectory.frequency": 4.0, "trajectory.radius": 0.002}
 STUDIES: dict[str, dict[str, Any]] = {
@@ -93,8 +93,8 @@ def test_progress_cancels_and_the_first_task_that_fails_is_told(scheduler: str, 
 def test_a_map_of_the_user_goes_along(
     lab: Lab, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from motionlab.store.maps import map_file, save
-    from motionlab.store.maps import named_map as named
+    from motionlab.motor_design.kept_maps import map_file, save
+    from motionlab.motor_design.kept_maps import named_map as named
 
     assert map_file("mine") is None
     monkeypatch.setenv("MOTIONLAB_DATA", str(tmp_path))

@@ -15,9 +15,9 @@ from motionlab.force_sharing.functions import FORCE_PER_AMPERE, ForceModel, Shar
 from motionlab.force_sharing.pole_pitch import Shared, forces_over, share_over
 from motionlab.force_sharing.ripple import reachable_over, ripple, share_over_pitch
 from motionlab.kernel.force_maps import force_model, law_number
+from motionlab.motor_design.kept_maps import named_map
 from motionlab.plant.magnetics import AnalyticMap
 from motionlab.plant.table_map import ANALYTIC, MotorMap
-from motionlab.store.maps import named_map
 from motionlab.studies.sharing.map_fit import fit_analytic
 
 Array = NDArray[np.float64]

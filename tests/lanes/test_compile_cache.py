@@ -9,7 +9,7 @@ from numba.core import config
 from numba.core.dispatcher import Dispatcher
 
 import motionlab.lanes  # noqa: F401 - has numba keep compiled code its way
-from motionlab import progress
+from motionlab.executors import progress
 from tests.paths import ROOT
 
 _SOURCE = """\

@@ -9,11 +9,18 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from motionlab.analysis.loop_spectrum import (
+    OwnLoop,
+    Samples,
+    SpectrumOptions,
+    Taken,
+    document,
+    take,
+)
 from motionlab.config.load import load_scenario
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.loop.disturbance import disturbance_response
 from motionlab.loop.linearise import linearise
-from motionlab.loop.spectrum import OwnLoop, Samples, SpectrumOptions, Taken, document, take
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.run import run
 

@@ -15,7 +15,7 @@ from motionlab.motor_design.fem.geometry import Geometry
 from motionlab.motor_design.fem.mesh import Columns, Resolution, mover, stator
 from motionlab.motor_design.fem.steel import MU_0, m19
 from motionlab.motor_design.fem.trust import uncertainty
-from motionlab.store.maps import map_in
+from motionlab.motor_design.kept_maps import map_in
 from tests.motor_design.carter import carter
 
 GEOMETRY = Geometry()

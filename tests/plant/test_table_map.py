@@ -13,7 +13,7 @@ from motionlab.kernel.force_maps import force_model, map_lanes
 from motionlab.lanes import WIDTH
 from motionlab.motor_design.fem.mesh import Resolution
 from motionlab.motor_design.fem.workers import FieldTask, fields
-from motionlab.store.maps import named_map
+from motionlab.motor_design.kept_maps import named_map
 
 Array = NDArray[np.float64]
 NAMES = ("new-design", "previous-design")

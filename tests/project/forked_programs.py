@@ -17,7 +17,7 @@ import threading
 from collections.abc import Iterator
 from pathlib import Path
 
-from tests.service.forkservers import LOADED
+from tests.server.forkservers import LOADED
 
 _LENGTH = struct.Struct("<I")
 _FAILED = 70

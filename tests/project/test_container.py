@@ -12,11 +12,11 @@ import yaml
 from motionlab.cli import main
 from motionlab.config.drive import load_drive
 from motionlab.errors import ConfigError
-from motionlab.service.server_settings import load
-from motionlab.service.settings import Settings
+from motionlab.server.server_settings import load
+from motionlab.server.settings import Settings
+from tests.library.served import Served
 from tests.project.dockerfile import ROOT, command, copied, is_ignored, stages
-from tests.runs.served import Served
-from tests.service.servers import PATIENCE, Server
+from tests.server.servers import PATIENCE, Server
 
 STAGES = stages()
 RUNTIME = STAGES[-1]

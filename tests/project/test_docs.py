@@ -7,7 +7,7 @@ from typing import get_args
 
 import pytest
 
-from motionlab.service.job_reports import Kind
+from motionlab.server.job_reports import Kind
 from tests.e2e.pictures import PICTURES
 from tests.paths import ROOT
 

@@ -23,12 +23,12 @@ import pytest
 from motionlab.cli import main
 from motionlab.config.load import load_scenario
 from motionlab.config.timing import to_ticks
+from motionlab.paper.registry import quantities
 from motionlab.simulation.inputs import load_force
-from motionlab.studies.paper.registry import quantities
 from tests.paths import ROOT
 from tests.project.forked_programs import programs
 from tests.project.printed_output import same_text
-from tests.service.servers import Server
+from tests.server.servers import Server
 
 PATIENCE = 1200  # s; one of them compiles first, others share the cores
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -56,19 +56,19 @@ ELSEWHERE = {
     r"systemctl .*": "needs systemd; deploy.md says what was tried",
     r"git pull": "needs the repository's origin",
     r"motionlab serve (?!--show-settings).*": "runs until interrupted: test_wheel.py",
-    r"motionlab drive .*": "needs a server with drives: tests/service/test_drive_motion.py",
+    r"motionlab drive .*": "needs a server with drives: tests/server/test_drive_motion.py",
     r"motionlab identify --run .*": "needs a run of drives: tests/drive/test_against_simulation.py",
-    r"\.venv/bin/python examples/drive_ab\.py": "tests/service/test_drive_motion.py",
+    r"\.venv/bin/python examples/drive_ab\.py": "tests/server/test_drive_motion.py",
     r"motionlab vdrive( .*)?": "runs until interrupted; tests/drive/virtual/test_process.py",
     r"motionlab map( --json .*| --preset reference .*| --set g=0\.27.*)?": "minutes: test_map.py "
     "has smaller ones",
     r"motionlab reproduce( --only fig5 .*)?": "minutes, whose rows "
-    "tests/studies/paper/test_reproduce.py reads; that --only finds these is asked below",
+    "tests/paper/test_reproduce.py reads; that --only finds these is asked below",
     r"motionlab map .*--out configs/.*": "minutes; test_table_map.py solves a position again",
     r"\.venv/bin/python -m tests\.bench.*": "minutes; timing is never asserted",
     r"\.venv/bin/python -m tests\.e2e\.pictures": "writes docs/; test_docs.py sees that they exist",
     r"\.venv/bin/python docs/plots\.py": "writes docs/; test_docs.py draws into another folder",
-    r"\.venv/bin/python examples/ab\.py": "tests/service/test_examples.py",
+    r"\.venv/bin/python examples/ab\.py": "tests/server/test_examples.py",
     r"\.venv/bin/python examples/learn_residual\.py": "tests/gym/test_documents.py, fewer policies",
     r"\.venv/bin/python examples/compare_(laws|controllers)\.py": "run below, beside its tables",
 }

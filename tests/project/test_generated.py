@@ -16,12 +16,12 @@ from jsonschema import Draft202012Validator
 from numpy.typing import NDArray
 
 from motionlab import __version__
-from motionlab.problems import BY_STATUS, TYPES, Kind
-from motionlab.service.live.messages import CLIENT_MESSAGES, SERVER_MESSAGES, asyncapi
-from motionlab.service.prometheus import Monitor
-from motionlab.service.server_settings import PREFIX as VARIABLE
-from motionlab.service.server_settings import ServerSettings, unit_and_range
-from motionlab.service.settings import Bounds
+from motionlab.reports.problems import BY_STATUS, TYPES, Kind
+from motionlab.server.live.messages import CLIENT_MESSAGES, SERVER_MESSAGES, asyncapi
+from motionlab.server.prometheus import Monitor
+from motionlab.server.server_settings import PREFIX as VARIABLE
+from motionlab.server.server_settings import ServerSettings, unit_and_range
+from motionlab.server.settings import Bounds
 from tests.fixtures.__main__ import QUESTION, WHAT_IF, what_if
 from tests.paths import ROOT
 

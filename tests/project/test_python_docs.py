@@ -14,7 +14,7 @@ from nbclient import NotebookClient
 
 from tests.paths import ROOT
 from tests.project.printed_output import same_text
-from tests.service.servers import PATIENCE, Server
+from tests.server.servers import PATIENCE, Server
 
 SCRIPT = re.compile(r"^```python\n(.*?)^```\n(?:\nprints\n\n((?:    [^\n]*\n)+))?", re.M | re.S)
 NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.ipynb"))

@@ -13,8 +13,8 @@ from urllib.parse import unquote, urlsplit
 
 import pytest
 
+from motionlab.analysis.metrics import CONTOUR_DEFINITIONS, DEFINITIONS
 from motionlab.cli.main import _MODULES
-from motionlab.results.metrics import CONTOUR_DEFINITIONS, DEFINITIONS
 from motionlab.telemetry.channels import CHANNELS
 from tests.e2e.conftest import missing
 from tests.paths import ROOT

@@ -18,7 +18,7 @@ import pytest
 from tests.e2e.conftest import Server, missing
 from tests.project.dockerfile import ROOT, copy, stages
 from tests.project.every_get import NO_DRIVE, UNDESCRIBED, look_at_everything
-from tests.service.servers import PATIENCE
+from tests.server.servers import PATIENCE
 
 BUILD = next(stage for stage in stages() if stage.name == "build")
 DIST = ROOT / "frontend" / "dist"
@@ -109,7 +109,7 @@ def test_the_wheel_holds_the_licences_of_all_that_is_in_it(wheel: Path) -> None:
     texts = {
         ".dist-info/licenses/LICENSE": b"MIT License",
         "fmi3/license.txt": b"2-Clause BSD License",
-        ".dist-info/licenses/backend/motionlab/trajectories/exchange/rowmans.txt": b"Hershey",
+        ".dist-info/licenses/backend/motionlab/exchange/paths/rowmans.txt": b"Hershey",
         "page/licenses/svelte/LICENSE.md": b"Svelte Contributors",
         "page/licenses/swagger-ui-dist/LICENSE": b"Apache License",
     }

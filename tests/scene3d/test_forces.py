@@ -14,7 +14,7 @@ from motionlab.scene3d.section import Section
 from motionlab.scene3d.section_view import section_arrows
 from motionlab.scene3d.stage_view import phase_arrows, phase_starts
 from motionlab.scene3d.view_settings import CAMERAS, ViewSettings
-from motionlab.service.view3d.phase_forces import PhaseForces
+from motionlab.server.view3d.phase_forces import PhaseForces
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.run import run
 

@@ -110,6 +110,6 @@ def test_a_pose_has_as_many_numbers_as_names() -> None:
 
 
 def test_the_web_process_does_not_import_viser() -> None:
-    code = "import sys, motionlab.service.app; print('viser' in sys.modules)"
+    code = "import sys, motionlab.server.app; print('viser' in sys.modules)"
     done = subprocess.run((sys.executable, "-c", code), capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"

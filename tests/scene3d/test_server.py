@@ -20,9 +20,9 @@ from motionlab.scene3d import protocol, server, viewer_websockets
 from motionlab.scene3d.server import SceneServer
 from motionlab.scene3d.view_settings import ViewSettings
 from tests.scene3d.viewers import Viewer
-from tests.service.live import until
-from tests.service.servers import PATIENCE
-from tests.service.test_view3d import refused
+from tests.server.live import until
+from tests.server.servers import PATIENCE
+from tests.server.test_view3d import refused
 
 # As in the scene's own process: a viewer may leave while something is written to it.
 pytestmark = pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection:UserWarning")

@@ -13,7 +13,7 @@ import zstandard
 from websockets.sync.client import connect
 from websockets.typing import Origin, Subprotocol
 
-from tests.service.servers import PATIENCE
+from tests.server.servers import PATIENCE
 
 PROTOCOL = f"viser-v{viser.__version__}"
 _HEADER_BYTES = 16

@@ -9,9 +9,9 @@ import pytest
 
 import motionlab
 from motionlab.scripting.lab_server import ServerRefused
-from motionlab.service.settings import Settings
-from tests.service.live import until
-from tests.service.servers import Server
+from motionlab.server.settings import Settings
+from tests.server.live import until
+from tests.server.servers import Server
 
 K_P = "variants.B.controller.x.k_p"
 ERRORS = ("A.x.following_error", "B.x.following_error")

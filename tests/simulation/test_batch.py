@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from motionlab.analysis.metrics import DEFINITIONS
 from motionlab.config.load import load_scenario
 from motionlab.config.planar import AXES
 from motionlab.errors import ConfigError
 from motionlab.kernel import score
 from motionlab.kernel.build import lane_parameters
 from motionlab.kernel.layout import parameter_row
-from motionlab.results.metrics import DEFINITIONS
 from motionlab.simulation.batch import Batch, CaseTask, lanes_of, run_batch, run_prepared
 from motionlab.simulation.batch_runner import BatchRunner
 from motionlab.simulation.prepare import prepare

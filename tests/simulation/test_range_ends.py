@@ -11,7 +11,7 @@ import pytest
 from motionlab.config.load import load_scenario
 from motionlab.config.schema import scenario_schema
 from motionlab.errors import ConfigError, Infeasible
-from motionlab.results.report import report
+from motionlab.reports.result_text import report
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document
 from motionlab.simulation.run import run

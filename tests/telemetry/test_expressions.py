@@ -11,6 +11,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from motionlab.config.units import parse_unit
 from motionlab.errors import ConfigError
 from motionlab.telemetry.channels import stream_columns
 from motionlab.telemetry.expressions import evaluate as evaluation
@@ -22,7 +23,6 @@ from motionlab.telemetry.expressions.columns import (
 from motionlab.telemetry.expressions.compile import FUNCTIONS, compile_expression
 from motionlab.telemetry.expressions.evaluate import Evaluation, evaluate, reach
 from motionlab.telemetry.expressions.parse import ExpressionError
-from motionlab.units import parse_unit
 from tests.fixtures.__main__ import EXPRESSIONS, expressions
 
 UNITS = {name: channel.unit for name, channel in stream_columns("AB")}

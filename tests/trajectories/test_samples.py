@@ -15,7 +15,7 @@ import motionlab
 from motionlab.cli.main import main
 from motionlab.config.load import validate_trajectory
 from motionlab.errors import ConfigError
-from motionlab.trajectories.exchange.reading import ReadOptions, read_trajectory
+from motionlab.exchange.paths.reading import ReadOptions, read_trajectory
 from motionlab.trajectories.reference import Reference, sample
 
 Rows = NDArray[Any]

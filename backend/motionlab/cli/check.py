@@ -180,7 +180,7 @@ def _document(found: Examination, remedy: Slower | None, loops: Loops) -> dict[s
 
 
 def _report(name: str, found: Examination, remedy: Slower | None, loops: Loops) -> list[str]:
-    from motionlab.tables import table
+    from motionlab.reports.tables import table
 
     verdict = "can be followed" if found.feasible else "cannot be followed"
     if limited := [each.variant for each in loops.loops or () if each.limited]:
@@ -227,7 +227,7 @@ def _report(name: str, found: Examination, remedy: Slower | None, loops: Loops) 
 def _loops(found: Loops) -> list[str]:
     """Return a table of how each variant follows the motion, or why none was run."""
     from motionlab.config.planar import AXES
-    from motionlab.tables import table
+    from motionlab.reports.tables import table
 
     if found.loops is None or found.loops_window is None:
         return [f"The loops of the variants were not run: {found.loops_not_run}."]

@@ -11,8 +11,8 @@ from motionlab.cli.output import show
 from motionlab.studies.options import add_json
 
 if TYPE_CHECKING:
-    from motionlab.runs.comparing import Comparing
-    from motionlab.runs.comparison import ChannelComparison, Comparison
+    from motionlab.analysis.comparison_document import ChannelComparison, Comparison
+    from motionlab.analysis.comparison_options import Comparing
 
 EXAMPLES = """\
 examples:
@@ -116,8 +116,8 @@ def add_comparing(parser: argparse.ArgumentParser) -> None:
 
 
 def _compare(options: argparse.Namespace) -> int:
-    from motionlab.runs.columns import of_file_or_run
-    from motionlab.runs.compare import compare
+    from motionlab.analysis.run_comparison import compare
+    from motionlab.library.columns import of_file_or_run
 
     how = comparing_of(options)
     found = compare(of_file_or_run(options.a), of_file_or_run(options.b), how)
@@ -138,9 +138,9 @@ def comparing_of(options: argparse.Namespace) -> Comparing:
     """
     from pydantic import ValidationError
 
+    from motionlab.analysis.comparison_options import Comparing, Interpolation
     from motionlab.config.validation_errors import field_errors
     from motionlab.errors import ConfigError, FieldError
-    from motionlab.runs.comparing import Comparing, Interpolation
 
     every: dict[str, float] = {"time": options.time_tolerance}
     channels: dict[str, dict[str, Any]] = {}
@@ -194,7 +194,7 @@ def _tolerance(numbers: str, text: str) -> dict[str, float]:
 
 
 def _report(found: Comparison, *, every: bool) -> str:
-    from motionlab.tables import table
+    from motionlab.reports.tables import table
 
     heads = ("channel", "verdict", "largest", "rms", "unit", "beyond", "at")
     overlap = found.note

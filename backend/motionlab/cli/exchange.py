@@ -15,8 +15,8 @@ from motionlab.cli.output import add_overwrite, check_output, wrote
 from motionlab.studies.options import add_json
 
 if TYPE_CHECKING:
-    from motionlab.runs.exports import Source
-    from motionlab.runs.import_document import Import, ImportedColumn
+    from motionlab.exchange.exports import Source
+    from motionlab.exchange.measurements.document import Import, ImportedColumn
 
 EXPORT_EXAMPLES = """\
 examples:
@@ -39,7 +39,7 @@ examples:
 
 _DELIMITERS = ("comma", "semicolon", "tab")
 _DECIMALS = ("point", "comma")
-"""`motionlab.runs.import_document` has both; its import would slow down ``motionlab --help``."""
+"""As in `motionlab.exchange.measurements.document`, whose import would slow down ``--help``."""
 
 
 def add(commands: Any) -> None:
@@ -111,9 +111,9 @@ def add(commands: Any) -> None:
 
 
 def _export(options: argparse.Namespace) -> int:
-    from motionlab.runs.exports import check_selection, export, within
-    from motionlab.runs.selection import FORMATS, Selection
-    from motionlab.store.files import complete_file
+    from motionlab.exchange.exports import check_selection, export, within
+    from motionlab.exchange.selection import FORMATS, Selection
+    from motionlab.files import complete_file
     from motionlab.telemetry.expressions.columns import split_columns
 
     suffixes = (f".{name}" for name in FORMATS)
@@ -130,10 +130,10 @@ def _export(options: argparse.Namespace) -> int:
 
 def _import(options: argparse.Namespace) -> int:
     from motionlab.errors import ConfigError, FieldError
-    from motionlab.runs.import_document import ImportOptions
-    from motionlab.runs.library import library
-    from motionlab.runs.measurements import import_file
-    from motionlab.runs.run import check_name
+    from motionlab.exchange.measurements.document import ImportOptions
+    from motionlab.exchange.measurements.runs import import_file
+    from motionlab.library.library import library
+    from motionlab.library.run import check_name
 
     path = Path(options.file)
     if not path.is_file():
@@ -165,7 +165,7 @@ def _empty(column: ImportedColumn) -> str:
 
 def _described(document: Import) -> str:
     """Return for people how a file is read."""
-    from motionlab.tables import table
+    from motionlab.reports.tables import table
 
     text = document.text
     form = f", {text['delimiter']}, decimal {text['decimal']}" if text else ""
@@ -201,9 +201,9 @@ def _described(document: Import) -> str:
 def _source(run: str) -> Iterator[Source]:
     """Open a run by identifier or name, or a file."""
     from motionlab.errors import ConfigError, FieldError, Unknown
-    from motionlab.runs.exports import Source
-    from motionlab.runs.library import library
-    from motionlab.runs.run import is_id
+    from motionlab.exchange.exports import Source
+    from motionlab.library.library import library
+    from motionlab.library.run import is_id
 
     if not is_id(run) and Path(run).is_file():
         source = Source.of_file(Path(run))
@@ -219,7 +219,7 @@ def _source(run: str) -> Iterator[Source]:
 
 def _named(run: str) -> str:
     from motionlab.errors import ConfigError
-    from motionlab.runs.library import library
+    from motionlab.library.library import library
 
     try:
         return library().named(run)

@@ -51,9 +51,9 @@ def add(commands: Any) -> None:
 
 
 def _export(options: argparse.Namespace) -> int:
-    from motionlab.codegen.export import VECTOR_TIME, export_controller
     from motionlab.config.changes import parse_assignments
     from motionlab.config.load import load_scenario
+    from motionlab.export.export import VECTOR_TIME, export_controller
 
     scenario = load_scenario(source(options), parse_assignments(options.assignments))
     seconds = VECTOR_TIME if options.seconds is None else options.seconds

@@ -37,9 +37,9 @@ def add(commands: Any) -> None:
 
 
 def _export(options: argparse.Namespace) -> int:
-    from motionlab.codegen.plant import export_plant
     from motionlab.config.changes import parse_assignments
     from motionlab.config.load import load_scenario
+    from motionlab.export.plant import export_plant
 
     check_output(options.out, ".fmu", overwrite=options.overwrite)
     scenario = load_scenario(source(options), parse_assignments(options.assignments))

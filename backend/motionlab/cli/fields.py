@@ -74,7 +74,7 @@ def _fields(options: argparse.Namespace) -> int:
     from motionlab.config.changes import parse_assignments
     from motionlab.config.fields import values_of
     from motionlab.config.load import load_scenario
-    from motionlab.tables import table
+    from motionlab.reports.tables import table
 
     if options.kind is None:
         scenario = load_scenario(source(options), parse_assignments(options.assignments))
@@ -155,7 +155,7 @@ def _text(value: Any) -> str:
 def _laws(options: argparse.Namespace) -> int:
     from motionlab.config.controller import LAW_PARAMETERS, LAWS, CompensationConfig
     from motionlab.config.fields import values_of
-    from motionlab.tables import table
+    from motionlab.reports.tables import table
 
     of = {each.path: each for each in values_of(CompensationConfig())}
     laws = [

@@ -11,7 +11,7 @@ from motionlab.cli.output import show
 from motionlab.studies.options import add_json
 
 if TYPE_CHECKING:
-    from motionlab.runs.glitches import AxisGlitches, GlitchMean, GlitchRow, RunGlitches
+    from motionlab.library.glitches import AxisGlitches, GlitchMean, GlitchRow, RunGlitches
 
 EXAMPLES = """\
 examples:
@@ -38,8 +38,8 @@ def add(commands: Any) -> None:
 
 
 def _glitches(options: argparse.Namespace) -> int:
-    from motionlab.runs.glitches import run_glitches
-    from motionlab.runs.library import library
+    from motionlab.library.glitches import run_glitches
+    from motionlab.library.library import library
 
     found = run_glitches(library().named(options.run))
     if options.json:
@@ -56,7 +56,7 @@ def _table(found: RunGlitches) -> str:
 
 
 def _axis(name: str, axis: AxisGlitches) -> str:
-    from motionlab.tables import table
+    from motionlab.reports.tables import table
 
     rows: list[tuple[str, ...]] = []
     for variant, each in axis.variants.items():

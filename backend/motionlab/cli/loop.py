@@ -58,7 +58,7 @@ def _loop(options: argparse.Namespace) -> int:
 
 
 def _report(found: LoopDocument) -> str:
-    from motionlab.tables import table
+    from motionlab.reports.tables import table
 
     rows: list[tuple[str, ...]] = [
         row

@@ -15,7 +15,7 @@ from motionlab.cli.exit_codes import BAD_INPUT, DONE, FAILED, INTERRUPTED
 from motionlab.cli.messages import discard, plain_stdout, say, unbreakable_stderr
 from motionlab.cli.parser import Parser, print_problem
 from motionlab.errors import ConfigError, Infeasible, MotionLabError
-from motionlab.progress import first_use, told
+from motionlab.executors.progress import first_use, told
 
 _MODULES = {
     "run": ("run",),

@@ -9,9 +9,9 @@ import sys
 from collections.abc import Iterator
 from typing import Any, TextIO
 
-from motionlab.plain_text import PlainStream
-from motionlab.progress import is_told
-from motionlab.tables import on_terminal
+from motionlab.executors.progress import is_told
+from motionlab.reports.plain_text import PlainStream
+from motionlab.reports.tables import on_terminal
 
 
 class _Messages:

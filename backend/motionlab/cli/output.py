@@ -44,7 +44,7 @@ def check_output(path: str, *suffixes: str, overwrite: bool, loc: str = "--out")
     MotionLabError
         If the user wants to keep it.
     """
-    from motionlab.store.files import check_target
+    from motionlab.files import check_target
 
     check_target(path, *suffixes, loc=loc)
     if overwrite or not Path(path).exists():
@@ -65,7 +65,7 @@ def wrote(path: str) -> None:
 def names_run(text: str) -> bool:
     """Return whether it is the identifier or the name of a kept run, and no scenario."""
     from motionlab.config.shipped import names
-    from motionlab.runs.library import library
+    from motionlab.library.library import library
 
     if text == "-" or text in names("scenarios") or "/" in text or text.endswith(".toml"):
         return False
@@ -84,6 +84,6 @@ def size(count: int) -> str:
 
 def show(text: str) -> None:
     """Print a report: on a terminal fitted to its columns, with µm for um where it can."""
-    from motionlab.tables import fitted, in_letters
+    from motionlab.reports.tables import fitted, in_letters
 
     print(fitted(in_letters(text)))

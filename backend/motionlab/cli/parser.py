@@ -134,6 +134,6 @@ def print_problem(error: Any) -> None:
     """Print an error as a problem document on stdout."""
     import json
 
-    from motionlab.problems import problem_of
+    from motionlab.reports.problems import problem_of
 
     print(json.dumps(problem_of(error), allow_nan=False))

@@ -68,8 +68,8 @@ def _plot(options: argparse.Namespace) -> int:
     optional("matplotlib")
     import numpy as np
 
+    from motionlab.files import complete_file
     from motionlab.scripting.figure import figure_of
-    from motionlab.store.files import complete_file
 
     time, curves = _curves(options)
     begin = -np.inf if options.start is None else options.start
@@ -94,7 +94,7 @@ def _curves(options: argparse.Namespace) -> tuple[NDArray[np.float64], list[Curv
 
     name: str = options.scenario
     if name.endswith(SUFFIXES) or names_run(name):
-        from motionlab.runs.columns import of_file_or_run
+        from motionlab.library.columns import of_file_or_run
 
         if options.assignments:
             told = "changes a scenario; a run is as it was"

@@ -12,7 +12,7 @@ from typing import Any
 from motionlab.cli.exit_codes import DONE
 from motionlab.cli.messages import say
 from motionlab.errors import MotionLabError
-from motionlab.progress import share_done
+from motionlab.executors.progress import share_done
 
 EXAMPLES = """\
 examples:
@@ -20,7 +20,7 @@ examples:
 """
 
 _PARTS = (
-    ("motionlab.simulation.precompile", "motionlab.service.preload"),
+    ("motionlab.simulation.precompile", "motionlab.server.preload"),
     ("motionlab.drive.precompile",),
 )
 """Modules that compile, in processes of their own: those of a line one after the other."""

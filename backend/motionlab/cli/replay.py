@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from motionlab.cli.exit_codes import DONE, FAILED
 from motionlab.cli.output import show
-from motionlab.progress import share_done
+from motionlab.executors.progress import share_done
 from motionlab.studies.options import add_json
 
 if TYPE_CHECKING:
-    from motionlab.runs.replay import Replay
+    from motionlab.library.replay import Replay
 
 _NAMED = 6  # channels that are listed
 
@@ -33,8 +33,8 @@ def add(commands: Any) -> None:
 
 
 def _replay(options: argparse.Namespace) -> int:
-    from motionlab.runs.library import library
-    from motionlab.runs.replay import again, replay
+    from motionlab.library.library import library
+    from motionlab.library.replay import again, replay
 
     kept = library()
     run = kept.named(options.run)

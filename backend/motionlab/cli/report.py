@@ -39,8 +39,8 @@ def add(commands: Any) -> None:
 
 
 def _report(options: argparse.Namespace) -> int:
-    from motionlab.runs.report.reports import comparison_report, run_report
-    from motionlab.store.files import complete_file
+    from motionlab.files import complete_file
+    from motionlab.reports.kept_reports import comparison_report, run_report
 
     check_output(options.out, ".html", overwrite=options.overwrite)
     run = _complete("RUN", options.run)
@@ -58,7 +58,7 @@ def _report(options: argparse.Namespace) -> int:
 def _complete(option: str, text: str) -> str:
     """Return the identifier of a run that is there, given that or its name."""
     from motionlab.errors import ConfigError, FieldError, Unknown
-    from motionlab.runs.library import library
+    from motionlab.library.library import library
 
     run_id = library().named(text, option)
     try:

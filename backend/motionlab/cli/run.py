@@ -11,7 +11,7 @@ from motionlab.cli.exit_codes import DONE, FAILED
 from motionlab.cli.messages import say
 from motionlab.cli.output import add_overwrite, check_output, show, wrote
 from motionlab.config.shipped import names
-from motionlab.progress import tick_bar
+from motionlab.executors.progress import tick_bar
 from motionlab.studies.options import add_json, add_scenario, add_set, source
 
 if TYPE_CHECKING:
@@ -83,15 +83,15 @@ def _run(options: argparse.Namespace) -> int:
         wrote(options.out)
     if options.keep:
         from motionlab.config.shipped import data_root
-        from motionlab.runs.files import runs_url
-        from motionlab.runs.library import library
+        from motionlab.library.files import runs_url
+        from motionlab.library.library import library
 
         result["run"] = library().keep(prepared, recording, result, name=options.name).id
         say(f"kept as {result['run']} in {runs_url(data_root())}")
     if options.json:
         print(json.dumps(result, allow_nan=False))
     else:
-        from motionlab.results.report import report
+        from motionlab.reports.result_text import report
 
         show(report(result))
     if options.json or not sys.stdout.isatty():  # on a terminal they stand below the table
@@ -103,7 +103,7 @@ def _run(options: argparse.Namespace) -> int:
 
 def _check_name(options: argparse.Namespace) -> None:
     from motionlab.errors import ConfigError, FieldError
-    from motionlab.runs.run import check_name
+    from motionlab.library.run import check_name
 
     if not options.keep:
         raise ConfigError(FieldError("--name", "needs --keep: it names a kept run", options.name))

@@ -13,7 +13,7 @@ from motionlab.cli.output import show
 from motionlab.studies.options import add_json
 
 if TYPE_CHECKING:
-    from motionlab.runs.run import Page, Run
+    from motionlab.library.run import Page, Run
 
 EXAMPLES = """\
 examples:
@@ -51,8 +51,8 @@ def add(commands: Any) -> None:
 
 def _list(options: argparse.Namespace) -> int:
     from motionlab.errors import ConfigError, FieldError
-    from motionlab.runs.library import library
-    from motionlab.runs.search import LIMIT_MAX, parse, quoted
+    from motionlab.library.library import library
+    from motionlab.library.search import LIMIT_MAX, parse, quoted
 
     if not 1 <= options.limit <= LIMIT_MAX:
         allowed = f">= 1 and <= {LIMIT_MAX}"
@@ -73,7 +73,7 @@ def _check_key(term: str) -> None:
     """Refuse ``foo:bar``; elsewhere it is a text to look for, here more likely an error."""
     from motionlab.config.shipped import did_you_mean
     from motionlab.errors import ConfigError, FieldError
-    from motionlab.runs.search import KEYS
+    from motionlab.library.search import KEYS
 
     match = re.fullmatch(r"([a-z]+):\S*", term)
     if match and match[1] not in KEYS:
@@ -87,7 +87,7 @@ def _table(page: Page, search: str) -> str:
         return f"no run meets {search!r}"
     if not page.runs:
         return "no run: motionlab run circle --keep keeps one, and so does Play in the Lab"
-    from motionlab.tables import table
+    from motionlab.reports.tables import table
 
     rows = [_row(run) for run in page.runs]
     heads = ("run", "began", "kind", "duration", "name", "largest following errors")

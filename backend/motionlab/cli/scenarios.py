@@ -94,7 +94,7 @@ def add(commands: Any) -> None:
 
 def _list(options: argparse.Namespace) -> int:
     from motionlab.config.shipped import names, read
-    from motionlab.tables import table
+    from motionlab.reports.tables import table
 
     titles = {name: read("scenarios", name, loc="")["title"] for name in names("scenarios")}
     if options.json:
@@ -122,7 +122,7 @@ def _show(options: argparse.Namespace) -> int:
 def _new(options: argparse.Namespace) -> int:
     from motionlab.config.load import load_scenario
     from motionlab.config.template import template
-    from motionlab.store.files import complete_file
+    from motionlab.files import complete_file
 
     text = template(load_scenario(options.base), Path(options.file).parent)
     check_output(options.file, ".toml", overwrite=options.overwrite, loc="FILE")

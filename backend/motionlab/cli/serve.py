@@ -73,8 +73,8 @@ def _port(text: str) -> int:
 
 def _serve(options: argparse.Namespace) -> int:
     """Carry out ``motionlab serve``."""
-    from motionlab.service.server_settings import load
-    from motionlab.tables import table
+    from motionlab.reports.tables import table
+    from motionlab.server.server_settings import load
 
     loaded = load({name: getattr(options, name) for name in _OPTIONS}, options.settings)
     if options.show_settings:
@@ -83,7 +83,7 @@ def _serve(options: argparse.Namespace) -> int:
         print(table(("setting", "value", "from", "unit", "range"), loaded.rows()))
         return DONE
 
-    from motionlab.service.serve import serve
+    from motionlab.server.serve import serve
 
     serve(loaded, opens=options.open)
     return DONE
@@ -91,7 +91,7 @@ def _serve(options: argparse.Namespace) -> int:
 
 def _openapi(_: argparse.Namespace) -> int:
     """Carry out ``motionlab openapi``."""
-    from motionlab.service.app import create_app
+    from motionlab.server.app import create_app
 
     print(json.dumps(create_app().openapi(), indent=2))
     return DONE

@@ -12,8 +12,8 @@ from motionlab.cli.output import add_overwrite, check_output, show, wrote
 from motionlab.studies.options import add_json
 
 if TYPE_CHECKING:
-    from motionlab.loop.spectrum import SpectrumOptions, SpectrumPeak, Taken
-    from motionlab.runs.run import Run
+    from motionlab.analysis.loop_spectrum import SpectrumOptions, SpectrumPeak, Taken
+    from motionlab.library.run import Run
 
 EXAMPLES = """\
 examples:
@@ -63,10 +63,10 @@ def add(commands: Any) -> None:
 
 
 def _spectrum(options: argparse.Namespace) -> int:
+    from motionlab.analysis.loop_spectrum import SpectrumOptions, document
     from motionlab.config.validation_errors import checked
-    from motionlab.loop.spectrum import SpectrumOptions, document
-    from motionlab.runs.library import library
-    from motionlab.runs.spectrum import run_spectra
+    from motionlab.library.library import library
+    from motionlab.library.spectrum import run_spectra
 
     wanted = checked(
         SpectrumOptions, {"window": options.window, "averages": options.averages}, "spectrum"
@@ -99,7 +99,7 @@ def _samples(options: argparse.Namespace, run: Run) -> tuple[int, int | None]:
 
 
 def _table(taken: Taken, options: SpectrumOptions, period: float) -> list[str]:
-    from motionlab.tables import table
+    from motionlab.reports.tables import table
 
     samples, part, found = taken.samples, taken.part, taken.spectrum
     factor, unit = _UNITS.get(samples.unit, (1.0, samples.unit))
@@ -132,7 +132,7 @@ def _row(peak: SpectrumPeak, factor: float) -> tuple[str, ...]:
 
 def _write(path: str, taken: list[Taken]) -> None:
     """Write every bin of every column, one column below another, as CSV."""
-    from motionlab.store.files import complete_file
+    from motionlab.files import complete_file
 
     with complete_file(path) as part, part.open("w", newline="") as file:
         rows = csv.writer(file)

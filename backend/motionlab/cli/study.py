@@ -9,7 +9,7 @@ from typing import Any
 from motionlab.cli.exit_codes import DONE, FAILED
 from motionlab.cli.output import add_overwrite, check_output, show, wrote
 from motionlab.executors.executor import executing
-from motionlab.progress import share_done
+from motionlab.executors.progress import share_done
 from motionlab.studies.options import add_json, add_scenario, add_scheduler, add_set, source
 from motionlab.studies.study import Study
 from motionlab.studies.table import STUDIES

@@ -119,12 +119,12 @@ def _number(option: str, least: float, most: float) -> Any:
 
 
 def _import(options: argparse.Namespace) -> int:
-    from motionlab.trajectories.exchange.reading import (
+    from motionlab.exchange.paths.reading import (
         SAMPLES_BYTES_MAX,
         ReadOptions,
         read_trajectory,
     )
-    from motionlab.trajectories.exchange.samples import SUFFIXES
+    from motionlab.exchange.paths.samples import SUFFIXES
 
     path = Path(options.file)
     if options.target is not None:
@@ -160,8 +160,8 @@ def _import_samples(options: argparse.Namespace) -> int:
     """Write the motion of an array or of a kept run."""
     from motionlab.config.load import validate_trajectory
     from motionlab.errors import ConfigError, FieldError
-    from motionlab.runs.motion import motion_of_run
-    from motionlab.trajectories.exchange.samples import table_of_file
+    from motionlab.exchange.paths.samples import table_of_file
+    from motionlab.exchange.run_motion import motion_of_run
 
     path = Path(options.file)
     if path.is_file():
@@ -182,7 +182,7 @@ def _import_samples(options: argparse.Namespace) -> int:
 def _write(options: argparse.Namespace, trajectory: TrajectoryConfig) -> None:
     import tomli_w
 
-    from motionlab.store.files import replace
+    from motionlab.files import replace
 
     text = tomli_w.dumps(trajectory.model_dump(mode="json", exclude_none=True))
     if options.target is None:
@@ -194,9 +194,9 @@ def _write(options: argparse.Namespace, trajectory: TrajectoryConfig) -> None:
 
 def _export(options: argparse.Namespace) -> int:
     from motionlab.config.load import validate_trajectory
-    from motionlab.store.files import replace
-    from motionlab.store.trajectories import trajectory_table
-    from motionlab.trajectories.exchange.writing import write_trajectory
+    from motionlab.exchange.paths.writing import write_trajectory
+    from motionlab.files import replace
+    from motionlab.library.trajectories import trajectory_table
 
     check_output(options.file, ".csv", ".svg", ".ngc", overwrite=options.overwrite, loc="FILE")
     table = trajectory_table(options.source, "SOURCE")

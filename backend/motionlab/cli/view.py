@@ -6,15 +6,15 @@ import argparse
 import json
 from typing import TYPE_CHECKING, Any
 
+from motionlab.analysis.views.table import BY_NAME, VIEWS
 from motionlab.cli.exit_codes import DONE
 from motionlab.cli.output import names_run, show
 from motionlab.errors import ConfigError, FieldError
-from motionlab.runs.views.table import BY_NAME, VIEWS
 from motionlab.studies.options import add_json, add_set, source
 
 if TYPE_CHECKING:
-    from motionlab.runs.views.positioning import Positioning
-    from motionlab.runs.views.recorded import Recorded
+    from motionlab.analysis.views.positioning import Positioning
+    from motionlab.analysis.views.recorded import Recorded
 
 EXAMPLES = """\
 examples:
@@ -86,11 +86,11 @@ def _view(options: argparse.Namespace) -> int:
 def _positioning(
     options: argparse.Namespace, given: dict[str, Any]
 ) -> tuple[Positioning, list[str]]:
+    from motionlab.analysis.views.positioning import PositioningCycle, cycled, positioning, report
     from motionlab.config.changes import parse_assignments
     from motionlab.config.load import load_scenario
     from motionlab.config.validation_errors import checked
-    from motionlab.runs.views.positioning import PositioningCycle, cycled, positioning, report
-    from motionlab.runs.views.recorded import of_recording
+    from motionlab.library.recorded import of_recording
     from motionlab.simulation.prepare import prepare
     from motionlab.simulation.run import run
 
@@ -111,8 +111,8 @@ def _positioning(
 def _recorded(options: argparse.Namespace, *, window: bool) -> Recorded:
     from motionlab.config.changes import parse_assignments
     from motionlab.config.load import load_scenario
-    from motionlab.runs.library import library
-    from motionlab.runs.views.recorded import of_run, of_scenario
+    from motionlab.library.library import library
+    from motionlab.library.recorded import of_run, of_scenario
     from motionlab.simulation.prepare import prepare
 
     if names_run(options.scenario):

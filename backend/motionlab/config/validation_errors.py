@@ -13,8 +13,8 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
 from motionlab.config.shipped import did_you_mean
+from motionlab.config.units import si_amount
 from motionlab.errors import SHOWN_MAX, ConfigError, FieldError, Written, shown
-from motionlab.units import si_amount
 
 ModelT = TypeVar("ModelT", bound=BaseModel)
 

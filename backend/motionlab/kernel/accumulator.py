@@ -151,7 +151,7 @@ def tally_metrics(tally: Array, ticks: int) -> dict[str, Array]:
     Returns
     -------
     dict of str to ndarray, shape (...)
-        Keys of `motionlab.results.metrics.DEFINITIONS`, in SI units.
+        Keys of `motionlab.analysis.metrics.DEFINITIONS`, in SI units.
     """
     t = Tally(*tally)
     return {

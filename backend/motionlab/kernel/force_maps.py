@@ -26,9 +26,9 @@ from motionlab.force_sharing.tables import inverse_cells, share_cells
 from motionlab.kernel.layout import Parameters
 from motionlab.lanes.bank import TABLES
 from motionlab.motor_design.fem.force_map import ForceMap
+from motionlab.motor_design.kept_maps import named_map
 from motionlab.plant.magnetics import AnalyticMap
 from motionlab.plant.table_map import ANALYTIC, MotorMap, TableMap, normal_cells, thrust_cells
-from motionlab.store.maps import named_map
 
 Array = NDArray[np.float64]
 

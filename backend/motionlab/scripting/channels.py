@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from motionlab.config.shipped import did_you_mean
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, FieldError, MotionLabError
-from motionlab.runs.report import chart
-from motionlab.runs.report.markup import Markup, element
-from motionlab.store.files import check_target, complete_file
+from motionlab.files import check_target, complete_file
+from motionlab.reports import svg_chart as chart
+from motionlab.reports.markup import Markup, element
 from motionlab.telemetry.channels import Channel
 from motionlab.telemetry.decimate import min_max
 from motionlab.telemetry.expressions.columns import compile_column, is_math, values_of
@@ -324,7 +324,7 @@ class Channels(Mapping[str, Samples]):
 
 
 def look_of(name: str) -> str:
-    """Return the look of a channel, `motionlab.runs.report.chart.LOOKS`: that of its variant."""
+    """Return the look of a channel, `motionlab.reports.svg_chart.LOOKS`: that of its variant."""
     variant, dot, _ = name.partition(".")
     if dot and len(variant) == 1 and variant.isupper():
         place = (ord(variant) - ord("A")) % len(chart.VARIANT_LOOKS)

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from motionlab.errors import ConfigError, FieldError
-from motionlab.runs.report.chart import LOOKS
+from motionlab.reports.svg_chart import LOOKS
 from motionlab.scripting.channels import look_of
 
 _SHOWN = {"m": (1e6, "µm"), "m/s": (1e3, "mm/s")}

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from motionlab.config.changes import with_files
 from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError, FieldError, RunWarning
-from motionlab.progress import has_bars, is_told, share_done, told
-from motionlab.runs.run import check_name
+from motionlab.executors.progress import has_bars, is_told, share_done, told
+from motionlab.library.run import check_name
 from motionlab.scripting.run import Run
 from motionlab.scripting.study_result import StudyResult
 from motionlab.studies.sweep.request import CASES_MAX
@@ -396,7 +396,7 @@ def _with_motion(value: dict[str, Any]) -> dict[str, Any]:
     motion = value if own else value.get("trajectory")
     if not (isinstance(motion, dict) and motion.get("kind") == "samples" and "run" in motion):
         return value
-    from motionlab.runs.motion import motion_of_run
+    from motionlab.exchange.run_motion import motion_of_run
 
     others = {key: item for key, item in motion.items() if key != "run"}
     table = motion_of_run(str(motion["run"]), "trajectory.run") | others

@@ -9,10 +9,10 @@ from motionlab.config.load import load_scenario
 from motionlab.config.scenario import Scenario
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, FieldError
+from motionlab.executors.progress import first_use
 from motionlab.loop.linearise import SLIDING, StateSpace, stability_limits
 from motionlab.loop.linearise import linearise as linearised
 from motionlab.loop.margins import Margins, margins
-from motionlab.progress import first_use
 from motionlab.scripting.channels import optional
 from motionlab.scripting.lab import Changes, Source, changes_of, check_number, readable
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from motionlab.config.load import load_scenario
 from motionlab.executors.executor import executing
-from motionlab.progress import first_use, tick_bar
+from motionlab.executors.progress import first_use, tick_bar
 from motionlab.scripting.lab import (
     Changes,
     Lab,
@@ -43,7 +43,7 @@ class Local(Lab):
         ConfigError
             If there is none.
         """
-        from motionlab.runs.library import library
+        from motionlab.library.library import library
         from motionlab.scripting.kept import KeptRun
 
         check_words("run", run)
@@ -61,8 +61,8 @@ class Local(Lab):
         limit : int
             At most so many, up to 200.
         """
-        from motionlab.runs.library import library
-        from motionlab.runs.search import LIMIT_MAX, parse
+        from motionlab.library.library import library
+        from motionlab.library.search import LIMIT_MAX, parse
 
         check_words("search", search)
         check_number("limit", limit, whole=True, minimum=1, maximum=LIMIT_MAX)
@@ -82,7 +82,7 @@ class Local(Lab):
             recording = run(prepared, progress)
         found = document(prepared, recording)
         if keep:
-            from motionlab.runs.library import library
+            from motionlab.library.library import library
 
             found["run"] = library().keep(prepared, recording, found, name=name).id
         return Run(found, lambda: record_of(recording, prepared.scenario))

@@ -14,17 +14,17 @@ from motionlab.config.load import epochs, load_scenario, validate_trajectory
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.errors import ConfigError, FieldError
-from motionlab.progress import first_use
-from motionlab.scripting.channels import Samples
-from motionlab.scripting.lab import Changes, Source, changes_of, readable, tables
-from motionlab.simulation.prepare import limit_sets, planned
-from motionlab.store.trajectories import trajectory_table
-from motionlab.trajectories.exchange.reading import (
+from motionlab.exchange.paths.reading import (
     SAMPLES_BYTES_MAX,
     ReadOptions,
     read_trajectory,
 )
-from motionlab.trajectories.exchange.samples import SUFFIXES, table_of, table_of_file
+from motionlab.exchange.paths.samples import SUFFIXES, table_of, table_of_file
+from motionlab.executors.progress import first_use
+from motionlab.library.trajectories import trajectory_table
+from motionlab.scripting.channels import Samples
+from motionlab.scripting.lab import Changes, Source, changes_of, readable, tables
+from motionlab.simulation.prepare import limit_sets, planned
 from motionlab.trajectories.reference import sample
 from motionlab.trajectories.retiming import slow_down
 from motionlab.trajectories.trajectory_check import Examination, examine

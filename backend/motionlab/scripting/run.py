@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from motionlab.config.load import load_scenario
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
-from motionlab.results.report import report
-from motionlab.runs.report.markup import element
+from motionlab.reports.markup import element
+from motionlab.reports.result_text import report
 from motionlab.scripting.channels import Channels, Record, in_notebook
 from motionlab.simulation.result import metadata
 from motionlab.telemetry.channels import stream_columns

@@ -17,12 +17,12 @@ from websockets.sync.connection import Connection
 
 from motionlab.config.timing import to_ticks
 from motionlab.errors import ConfigError, FieldError
-from motionlab.runs.files import column_descriptions
 from motionlab.scripting.channels import Channels, Kept, Record
 from motionlab.scripting.lab import check_number, plain
 from motionlab.scripting.lab_server import LabServer, ServerRefused
 from motionlab.telemetry.channels import Channel
 from motionlab.telemetry.frames import decode
+from motionlab.telemetry.parquet import column_descriptions
 
 if TYPE_CHECKING:
     from pyarrow import parquet

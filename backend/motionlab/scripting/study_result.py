@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from pydantic import BaseModel
 
-from motionlab.runs.report.markup import element
+from motionlab.files import check_target, complete_file
+from motionlab.reports.markup import element
 from motionlab.scripting.channels import in_notebook, optional
-from motionlab.store.files import check_target, complete_file
 from motionlab.studies.study import Study
 
 if TYPE_CHECKING:

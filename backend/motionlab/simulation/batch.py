@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from motionlab.analysis.metrics import DEFINITIONS
 from motionlab.config.changes import apply_changes, reapplied
 from motionlab.config.load import validate
 from motionlab.config.planar import AXES
@@ -20,10 +21,9 @@ from motionlab.errors import ConfigError, FieldError, Infeasible, shown
 from motionlab.executors.executor import current
 from motionlab.kernel.build import mover_parameters
 from motionlab.motor_design.fem.force_map import ForceMap
-from motionlab.results.metrics import DEFINITIONS
+from motionlab.motor_design.kept_maps import kept_in, lent
 from motionlab.simulation.batch_runner import BatchRunner, Progress
 from motionlab.simulation.prepare import Prepared, prepare
-from motionlab.store.maps import kept_in, lent
 
 Array = NDArray[np.float64]
 
@@ -49,7 +49,7 @@ class Batch:
     variants : tuple of str
         Second axis of the arrays; their third is AXES.
     metrics : dict of str to ndarray, shape (cases, variants, axes)
-        Keys of `motionlab.results.metrics.DEFINITIONS`, in SI units; NaN where the run of the case
+        Keys of `motionlab.analysis.metrics.DEFINITIONS`, in SI units; NaN where the run of the case
         has None or nothing: a variant that diverged, an axis that does not move, no hold.
     failed : ndarray of int, shape (cases, variants)
         Tick at which a variant diverged; -1 where it has not.

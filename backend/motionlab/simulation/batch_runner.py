@@ -17,6 +17,7 @@ from llvmlite import binding
 from numba.core import config
 from numpy.typing import NDArray
 
+from motionlab.analysis.metrics import DEFINITIONS, hold_metrics
 from motionlab.config.planar import AXES
 from motionlab.executors.executor import cores
 from motionlab.kernel.accumulator import new_tally, tally_metrics
@@ -24,7 +25,6 @@ from motionlab.kernel.build import LANES_PER_VARIANT, initial_state
 from motionlab.kernel.layout import state_row
 from motionlab.kernel.score import Block, ScoreWindow, score_ticks
 from motionlab.lanes import WIDE, WIDTH
-from motionlab.results.metrics import DEFINITIONS, hold_metrics
 from motionlab.simulation.inputs import PAGE, page_inputs
 from motionlab.simulation.prepare import Prepared
 from motionlab.simulation.timeline import Timeline
@@ -47,7 +47,7 @@ class Scores:
     Attributes
     ----------
     metrics : dict of str to ndarray, shape (movers, axes)
-        Keys of `motionlab.results.metrics.DEFINITIONS`, in SI units, to the last bit what a run
+        Keys of `motionlab.analysis.metrics.DEFINITIONS`, in SI units, to the last bit what a run
         gives; NaN where a run has none: on an axis that diverged or does not move, without a hold.
     failed : ndarray of int, shape (movers, axes)
         Tick at which an axis diverged; -1 where it has not.

@@ -9,11 +9,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from motionlab.analysis.metrics import variant_metrics
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError
-from motionlab.results.metrics import variant_metrics
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.run import run
 from motionlab.trajectories.trajectory_check import Examination

@@ -20,10 +20,10 @@ from motionlab.config.scenario import LoadConfig, Scenario
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.errors import ConfigError, FieldError, Infeasible
+from motionlab.executors.progress import watch_compilation
 from motionlab.kernel.build import motion_limits
 from motionlab.kernel.force_maps import check_maps, map_digests
 from motionlab.kernel.planned_motor import planned_motor
-from motionlab.progress import watch_compilation
 from motionlab.simulation.inputs import load_force
 from motionlab.telemetry.channels import CHANNELS, REFERENCES
 from motionlab.trajectories.cusps import cusp_note

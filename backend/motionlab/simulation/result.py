@@ -7,6 +7,8 @@ import json
 from typing import Any
 
 from motionlab import __version__
+from motionlab.analysis.metrics import variant_metrics
+from motionlab.analysis.variant_comparison import compare
 from motionlab.config.includes import resolve
 from motionlab.config.planar import AXES
 from motionlab.config.plant import PlantConfig
@@ -15,8 +17,6 @@ from motionlab.config.shipped import names, own_motors
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.kernel.force_maps import maps_of
 from motionlab.lanes import model_hash
-from motionlab.results.comparison import compare
-from motionlab.results.metrics import variant_metrics
 from motionlab.simulation.prepare import Prepared
 from motionlab.simulation.warnings import warnings_of
 from motionlab.telemetry.recording import Divergence, Recording

@@ -44,7 +44,7 @@ def lazy(path: str) -> Any:
 
 
 class RequestLimits(Protocol):
-    """Limits of one request on a server; values in `motionlab.service.settings.Settings`."""
+    """Limits of one request on a server; values in `motionlab.server.settings.Settings`."""
 
     @property
     def direct_max(self) -> float: ...  # noqa: D102
@@ -109,7 +109,7 @@ class Study:
     planner: ClassVar[Any] = None
     """Takes the checked request and a scenario in place of its own; None: the request is the plan.
     """
-    check_target: ClassVar[Any] = lazy("store.files:check_target")
+    check_target: ClassVar[Any] = lazy("files:check_target")
     suffixes: ClassVar[tuple[str, ...]] = ()
     """Suffixes of files of ``--out``."""
     write: ClassVar[Any]

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from motionlab.paper.study import ReproduceStudy
 from motionlab.studies.identify.study import IdentifyStudy
 from motionlab.studies.loop.study import FrequencySweepStudy
 from motionlab.studies.maps.study import MapStudy
 from motionlab.studies.montecarlo.study import MonteCarloStudy
-from motionlab.studies.paper.study import ReproduceStudy
 from motionlab.studies.platform.study import PlatformStudy
 from motionlab.studies.sharing.study import SharingStudy
 from motionlab.studies.sizing.study import SizingStudy

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from motionlab.config.planar import AXES
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import StoreError
-from motionlab.store.files import check_target, complete_file
+from motionlab.files import check_target, complete_file
 from motionlab.telemetry.channels import CHANNELS, REFERENCES, Channel
 from motionlab.telemetry.recording import Recording
 

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.scenario import Scenario
-from motionlab.runs.import_document import ImportOptions
-from motionlab.runs.library import library
-from motionlab.runs.measurements import import_file
+from motionlab.exchange.measurements.document import ImportOptions
+from motionlab.exchange.measurements.runs import import_file
+from motionlab.library.library import library
 from motionlab.simulation.prepare import prepare
 from motionlab.telemetry.recording import Recording
 from tests.simulated import Played, play

@@ -15,7 +15,7 @@ from motionlab.studies.identify.document import IdentificationDocument, PartialI
 from motionlab.studies.identify.experiment import identify
 from motionlab.studies.identify.plan import plan
 from motionlab.studies.identify.request import read_request
-from tests.service.live import API, until
+from tests.server.live import API, until
 
 SPEEDS = ["0.002", "0.01", "0.02", "0.04", "0.06", "0.1"]
 COMMAND = ["identify", "--axis", "x", "--speeds", *SPEEDS]

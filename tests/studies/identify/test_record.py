@@ -16,8 +16,8 @@ from motionlab.cli import main
 from motionlab.config.load import load_scenario
 from motionlab.config.plant import FrictionConfig
 from motionlab.errors import ConfigError, ExperimentFailed
-from motionlab.runs.library import Library, library
-from motionlab.runs.run import new_id
+from motionlab.library.library import Library, library
+from motionlab.library.run import new_id
 from motionlab.simulation.prepare import prepare
 from motionlab.studies.identify.dispatch import identified, plan_of, planned
 from motionlab.studies.identify.document import (

@@ -22,12 +22,12 @@ from motionlab.motor_design.fem.force_map import ForceMapDocument, content_hash
 from motionlab.motor_design.fem.geometry import Geometry, geometry
 from motionlab.motor_design.fem.mesh import Resolution
 from motionlab.motor_design.fem.workers import FieldTask, fields
-from motionlab.store.maps import MapStore, map_in
+from motionlab.motor_design.kept_maps import MapStore, map_in
 from motionlab.studies.maps.compute import computed_or_kept
 from tests.paths import DOCS
 from tests.processes import runs, workers_of
-from tests.service.live import until
-from tests.service.servers import PATIENCE
+from tests.server.live import until
+from tests.server.servers import PATIENCE
 from tests.studies.maps.noted_current import NotedCurrent
 
 PAGE = (DOCS / "maps.md").read_text()

@@ -15,13 +15,13 @@ import pytest
 from motionlab.cli import main
 from motionlab.motor_design.fem import compute as computing
 from motionlab.motor_design.fem.geometry import Geometry
-from motionlab.service.settings import Settings
-from motionlab.store.maps import FOLDER_MOST
-from motionlab.studies.paper.registry import quantities
+from motionlab.motor_design.kept_maps import FOLDER_MOST
+from motionlab.paper.registry import quantities
+from motionlab.server.settings import Settings
 from tests.processes import children_of, runs, workers_of
-from tests.service.live import API, until
-from tests.service.openapi import Contract
-from tests.service.servers import PATIENCE, Server
+from tests.server.live import API, until
+from tests.server.openapi import Contract
+from tests.server.servers import PATIENCE, Server
 
 MAPS = f"{API}/maps"
 SMALL: dict[str, Any] = {"n": 1, "limb": 3e-3, "coil": 2.4e-3}

@@ -22,7 +22,7 @@ from motionlab.studies.montecarlo.document import MonteCarloDocument
 from motionlab.studies.montecarlo.draw import own_value
 from motionlab.studies.montecarlo.report import report
 from motionlab.studies.montecarlo.request import read_request
-from tests.service.live import API, until
+from tests.server.live import API, until
 
 SET = {"trajectory.frequency": 2.0, "trajectory.radius": 0.005}
 BODY: dict[str, Any] = {"cases": 12, "set": SET, "spec": {"x": 3e-5, "y": 4e-5}}

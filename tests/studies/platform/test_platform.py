@@ -16,7 +16,7 @@ from motionlab.motor_design.fem.compute import compute
 from motionlab.motor_design.fem.geometry import Geometry
 from motionlab.motor_design.plate.inputs import Load, MapLoad, PlatformRequest, Shape
 from tests.paths import DOCS
-from tests.service.live import API
+from tests.server.live import API
 
 PAGE = (DOCS / "platform.md").read_text()
 QUICK = {"cells": 4}

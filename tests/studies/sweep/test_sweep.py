@@ -22,7 +22,7 @@ from motionlab.simulation.run import run as run_alone
 from motionlab.studies.sweep.document import SweepDocument
 from motionlab.studies.sweep.request import read_request
 from motionlab.studies.sweep.run import plan, run
-from tests.service.live import API, until
+from tests.server.live import API, until
 
 SHORT = {"trajectory.laps": 2}
 GAIN = "variants.B.controller.x.k_p"

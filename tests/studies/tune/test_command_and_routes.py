@@ -14,7 +14,7 @@ from motionlab.config.load import load_scenario
 from motionlab.loop.linearise import SLIDING, linearise
 from motionlab.loop.steady_state_error import crossover, sine_error
 from motionlab.studies.tune.document import LandscapeDocument, TuneDocument
-from tests.service.live import API, until
+from tests.server.live import API, until
 
 SHORT: dict[str, Any] = {"trajectory.frequency": 2.0, "trajectory.radius": 0.002}
 SET = [f"--set={path}={value}" for path, value in SHORT.items()]

@@ -9,7 +9,7 @@ import secrets
 from pathlib import Path
 
 from motionlab.drive.commissioning.record import CommissioningRecord
-from motionlab.store.files import opened, replace
+from motionlab.files import opened, replace
 
 _KEY_BYTES = 32
 

@@ -29,7 +29,7 @@ from motionlab.drive.commissioning.record import (
 )
 from motionlab.drive.link.carrier import LinkError
 from motionlab.errors import ConfigError, FieldError
-from motionlab.store.files import failure, opened, replace
+from motionlab.files import failure, opened, replace
 
 _LOG = logging.getLogger(__name__)
 _FILE_MAX = 100_000  # bytes

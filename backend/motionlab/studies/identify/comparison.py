@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from motionlab.analysis.result_document import ResultDocument
 from motionlab.config.load import load_scenario
 from motionlab.config.scenario import VariantConfig
-from motionlab.results.document import ResultDocument
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document
 from motionlab.simulation.run import run

@@ -6,8 +6,8 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from motionlab.results.document import ResultDocument
-from motionlab.runs.motor import Motor
+from motionlab.analysis.result_document import ResultDocument
+from motionlab.library.motors import Motor
 
 Step = Literal["sliding", "presliding", "comparison", "record"]
 

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from motionlab import __version__
+from motionlab.analysis.result_document import ResultDocument
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ExperimentFailed
 from motionlab.lanes import model_hash
 from motionlab.plant.friction import LuGre
-from motionlab.results.document import ResultDocument
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import plant_name
 from motionlab.studies.identify.comparison import compared

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from motionlab.analysis.columns import Columns
 from motionlab.config.load import load_scenario
 from motionlab.config.plant import PlantConfig
 from motionlab.config.scenario import Scenario
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ExperimentFailed, MotionLabError
-from motionlab.runs.columns import Columns
-from motionlab.runs.motor import FittedValue, Motor, MotorOrigin, Residual
+from motionlab.library.motors import FittedValue, Motor, MotorOrigin, Residual
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.simulation import Simulation, sample_page, variant_columns
 from motionlab.studies.identify.evaluate import UNITS, is_a_model

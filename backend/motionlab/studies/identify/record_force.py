@@ -15,9 +15,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from motionlab.analysis.columns import Columns
 from motionlab.force_sharing.pole_pitch import share_over
 from motionlab.kernel.force_maps import force_model, map_lanes
-from motionlab.runs.columns import Columns
 from motionlab.studies.identify.current_smoother import CurrentLoops, Smoothed, as_sent
 from motionlab.studies.identify.record_fit import WITHIN
 from motionlab.studies.identify.record_motion import Record

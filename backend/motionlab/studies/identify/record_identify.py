@@ -12,7 +12,7 @@ from motionlab.config.controller import AxisModelConfig
 from motionlab.config.plant import FrictionConfig
 from motionlab.errors import ExperimentFailed
 from motionlab.lanes import model_hash
-from motionlab.runs.columns import Columns, of_run
+from motionlab.library.columns import Columns, of_run
 from motionlab.simulation.result import plant_name
 from motionlab.studies.identify.comparison import compared
 from motionlab.studies.identify.document import (

@@ -10,8 +10,8 @@ from motionlab.config.controller import AxisModelConfig
 from motionlab.config.load import load_scenario
 from motionlab.config.scenario import Scenario
 from motionlab.errors import Busy, ConfigError, FieldError, Unknown
-from motionlab.runs.column_guess import si_of
-from motionlab.runs.run import RunDetail
+from motionlab.exchange.measurements.column_guess import si_of
+from motionlab.library.run import RunDetail
 from motionlab.studies.identify.document import PlanDocument, PlannedRecord
 from motionlab.studies.identify.evaluate import known_document
 from motionlab.studies.identify.request import IdentifyRequest
@@ -225,7 +225,7 @@ def variant_of(request: IdentifyRequest, run: RunDetail) -> str:
 
 
 def _run(request: IdentifyRequest) -> RunDetail:
-    from motionlab.runs.library import library
+    from motionlab.library.library import library
 
     assert request.run is not None
     try:

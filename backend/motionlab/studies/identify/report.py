@@ -6,9 +6,9 @@ import csv
 import json
 from pathlib import Path
 
-from motionlab.results.report import report as run_report
-from motionlab.runs.motor import MotorOrigin
-from motionlab.store.files import complete_file
+from motionlab.files import complete_file
+from motionlab.library.motors import MotorOrigin
+from motionlab.reports.result_text import report as run_report
 from motionlab.studies.identify.document import (
     Fit,
     IdentificationDocument,

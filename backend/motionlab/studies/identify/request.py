@@ -12,7 +12,7 @@ from motionlab.config.plant import OURS, PAPER
 from motionlab.config.quantity import Config, quantity
 from motionlab.config.scenario import VariantName
 from motionlab.config.validation_errors import checked
-from motionlab.runs.run import ID as RUN_ID
+from motionlab.library.run import ID as RUN_ID
 
 SPEEDS = tuple(float(f"{v:.4g}") for v in np.geomspace(0.5e-3, 0.15, 32))
 """Speeds of the uniform motions, m/s: 0.5 to 150 mm/s, each as far from the next in ratio."""

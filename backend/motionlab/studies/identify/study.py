@@ -179,7 +179,7 @@ class IdentifyStudy(Study):
         super().after(found, options)
         if options.motor is None:
             return
-        from motionlab.runs.motor import save_motor
+        from motionlab.library.motors import save_motor
 
         if found.motor is None:
             message = "there is none to save: it is fitted to a drive's run or to a measurement"
@@ -197,11 +197,11 @@ class IdentifyStudy(Study):
             if wrong:
                 raise ConfigError(*wrong)
         else:
-            from motionlab.runs.library import library
+            from motionlab.library.library import library
 
             options.run = library().named(options.run, "--run")
         if options.motor is not None:
-            from motionlab.runs.motor import check_name
+            from motionlab.library.motors import check_name
 
             check_name(options.motor)
         presliding = {"enabled": options.presliding} | given(options, "rates", "share", "places")

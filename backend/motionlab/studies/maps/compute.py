@@ -10,7 +10,7 @@ from motionlab.motor_design.fem.force_map import ForceMap, PresetName
 from motionlab.motor_design.fem.geometry import Geometry
 from motionlab.motor_design.fem.mesh import vertices
 from motionlab.motor_design.fem.picture import RESOLUTION
-from motionlab.store.maps import MapStore
+from motionlab.motor_design.kept_maps import MapStore
 
 
 def computed_or_kept(

@@ -8,7 +8,7 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from motionlab.errors import ConfigError, FieldError
-from motionlab.progress import is_told
+from motionlab.executors.progress import is_told
 from motionlab.studies.study import RequestLimits, Study, StudyCommand, lazy
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ class MapStudy(Study):
     document = lazy("studies.maps.compute:document")
     report = lazy("motor_design.fem.report:report")
     suffixes = (".json",)
-    write = lazy("store.maps:save")
+    write = lazy("motor_design.kept_maps:save")
     bodies = ({"preset": "default", "geometry": {"g": 0.4e-3}},)
     keeps = True
     scatters = True

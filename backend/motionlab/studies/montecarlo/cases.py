@@ -12,14 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab import __version__
+from motionlab.analysis.metrics import DEFINITIONS
+from motionlab.analysis.variant_comparison import RATIOS
 from motionlab.config.load import load_scenario
 from motionlab.config.planar import AXES
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, FieldError
 from motionlab.executors.executor import current
 from motionlab.lanes import model_hash
-from motionlab.results.comparison import RATIOS
-from motionlab.results.metrics import DEFINITIONS
 from motionlab.simulation.batch import Batch, CaseTask, check_length, run_batch, tasks
 from motionlab.simulation.prepare import Prepared, needs_plan, prepare
 from motionlab.simulation.result import plant_name

@@ -54,8 +54,8 @@ class PlatformStudy(Study):
 
     def run(self, plan: PlatformRequest, progress: Progress) -> PlatformDocument:
         """Bend both platforms."""
+        from motionlab.motor_design.kept_maps import named_map
         from motionlab.motor_design.plate.document import platform
-        from motionlab.store.maps import named_map
 
         return platform(plan, None if plan.map is None else named_map(plan.map.name, "map"))
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from motionlab.reports.tables import table
 from motionlab.studies.sharing.sharing import FitDocument, SharingDocument, UsedMap
-from motionlab.tables import table
 
 
 def report(found: Sequence[SharingDocument]) -> str:

@@ -27,7 +27,7 @@ from motionlab.force_sharing.ripple import (
 )
 from motionlab.kernel.force_maps import force_model, map_lanes
 from motionlab.lanes.bank import TABLES
-from motionlab.store.maps import named_map
+from motionlab.motor_design.kept_maps import named_map
 from motionlab.studies.sharing.map_fit import fit_analytic
 
 Array = NDArray[np.float64]

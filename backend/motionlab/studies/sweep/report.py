@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from itertools import product
 from typing import Any
 
-from motionlab.store.files import complete_file
+from motionlab.files import complete_file
+from motionlab.reports.tables import table
 from motionlab.studies.sweep.document import SweepDocument
-from motionlab.tables import table
 
 _ROWS = 40  # of the table on a terminal
 _PEAK = "max_abs_following_error"

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab import __version__
+from motionlab.analysis.metrics import DEFINITIONS
 from motionlab.config.load import load_scenario
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
@@ -19,7 +20,6 @@ from motionlab.config.validation_errors import is_whole, unit_of
 from motionlab.errors import ConfigError, FieldError
 from motionlab.executors.executor import current
 from motionlab.lanes import model_hash
-from motionlab.results.metrics import DEFINITIONS
 from motionlab.simulation.batch import changed, check_length, naming, run_batch, tasks
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.result import plant_name

@@ -19,8 +19,8 @@ from motionlab.loop.family import Figures, LoopFamily
 from motionlab.loop.linearise import SLIDING, NoLinearisation
 from motionlab.loop.stability_boundary import stability_edge
 from motionlab.motor_design.fem.force_map import ForceMap
+from motionlab.motor_design.kept_maps import kept_in, lent
 from motionlab.simulation.result import plant_name
-from motionlab.store.maps import kept_in, lent
 from motionlab.studies.tune.cost import cost
 from motionlab.studies.tune.document import AxisLandscape, LandscapeDocument, PartialLandscape
 from motionlab.studies.tune.problem import TuningProblem, unstable_warnings

@@ -64,7 +64,7 @@ METRICS = {
     "force": "max_abs_force",
     "saturated": "saturated_fraction",
 }
-"""Names in `motionlab.results.metrics`."""
+"""Names in `motionlab.analysis.metrics`."""
 
 _K_P, _K_D = parameter_row("controller.k_p"), parameter_row("controller.k_d")
 

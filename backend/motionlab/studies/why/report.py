@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
+from motionlab.reports.tables import table
 from motionlab.studies.why.document import Mend, WhyDocument
-from motionlab.tables import table
 
 
 def report(found: WhyDocument) -> str:

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
+from motionlab.config.units import PURE, SECOND, Dimension, parse_unit
 from motionlab.telemetry.expressions.parse import (
     Call,
     ExpressionError,
@@ -19,7 +20,6 @@ from motionlab.telemetry.expressions.parse import (
     Span,
     parse,
 )
-from motionlab.units import PURE, SECOND, Dimension, parse_unit
 
 CHANNELS_MAX = 8
 """Different channels of an expression."""

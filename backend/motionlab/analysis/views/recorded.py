@@ -1,0 +1,101 @@
+"""What views are computed from: a stretch of a recording."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab.config.planar import AXES
+from motionlab.config.scenario import Scenario
+from motionlab.errors import ConfigError, FieldError
+
+Array = NDArray[np.float64]
+
+SAMPLES_MAX = 1_000_000
+"""Most samples that a view is of: 500 s."""
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A stretch of a recording.
+
+    Attributes
+    ----------
+    variants : tuple of str
+        Its variants.
+    period : float
+        Time between samples, s.
+    first, stop : int
+        Samples [first, stop) of the recording.
+    column : callable
+        Returns a column over the stretch in double precision, or None where there is none.
+    path : callable
+        Returns the reference positions, shape (samples, 2), of the stretch and of up to `AROUND`
+        samples before and after it, and which of them is its first, m.
+    scenario : Scenario or str
+        As it was over the stretch, without schedule, or why it is not known.
+    simulate : callable or None
+        Returns the whole recording of a scenario, where this one was simulated, too.
+    """
+
+    variants: tuple[str, ...]
+    period: float
+    first: int
+    stop: int
+    column: Callable[[str], Array | None]
+    path: Callable[[], tuple[Array, int]]
+    scenario: Scenario | str
+    simulate: Callable[[Scenario], Recorded] | None = None
+
+    @property
+    def start(self) -> float:
+        """Time of the first sample, s."""
+        return self.first * self.period
+
+    @property
+    def end(self) -> float:
+        """Time after the last sample, s."""
+        return self.stop * self.period
+
+    @property
+    def column_size(self) -> int:
+        """Size of one column over the stretch, bytes."""
+        return (self.stop - self.first) * np.float64().itemsize
+
+    def needed(self, name: str) -> Array:
+        """Return a column.
+
+        Raises
+        ------
+        ConfigError
+            If there is none of that name.
+        """
+        found = self.column(name)
+        if found is None:
+            raise absent(name)
+        return found
+
+    def reference(self) -> tuple[Array, Array]:
+        """Return the reference position of both axes, m."""
+        x, y = (self.needed(f"{axis}.position_reference") for axis in AXES)
+        return x, y
+
+    def whole(self, names: list[str]) -> list[Array] | None:
+        """Return some columns, or None where one is not there or has a missing sample."""
+        found = [self.column(name) for name in names]
+        known = [values for values in found if values is not None and np.isfinite(values).all()]
+        return known if len(known) == len(names) else None
+
+    def count(self, axis: str) -> float:
+        """Return the resolution of an encoder, m, or 0 where it is not known."""
+        if isinstance(self.scenario, str):
+            return 0.0
+        return getattr(self.scenario.plant, axis).encoder.resolution
+
+
+def absent(name: str) -> ConfigError:
+    """Return the error about a channel that a recording does not have."""
+    return ConfigError(FieldError("run", f"has no channel {name}", "absent"))

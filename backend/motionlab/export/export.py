@@ -1,0 +1,140 @@
+"""Writing a variant's controller as a folder of C99, with test vectors and a check."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+from string import Template
+
+import tomli_w
+
+from motionlab import __version__
+from motionlab.config.scenario import Scenario
+from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.errors import ConfigError, FieldError
+from motionlab.export.parameters import parameter_code
+from motionlab.export.vectors import simulated_vectors, vector_file
+from motionlab.files import failure, replace
+from motionlab.lanes import model_hash
+from motionlab.simulation.prepare import prepare
+
+SOURCE = Path(__file__).with_name("source")
+"""The files that are the same in every export, and templates (.in) of the others."""
+
+VECTOR_TIME = 10.0
+"""Length of the test vectors where none is given, s."""
+
+_MARK = "psrm_controller.h"
+"""What tells a folder of a former export from any other."""
+
+
+@dataclass(frozen=True)
+class Export:
+    """What was written.
+
+    Attributes
+    ----------
+    files : tuple of str
+        Names in the folder.
+    scenario_hash : str
+        SHA-256 of its scenario.toml.
+    periods : int
+        Control periods in the test vectors.
+    """
+
+    files: tuple[str, ...]
+    scenario_hash: str
+    periods: int
+
+    @property
+    def seconds(self) -> float:
+        """Length of the test vectors, s."""
+        return self.periods * CONTROL_PERIOD
+
+
+def export_controller(
+    scenario: Scenario, variant: str, folder: Path, *, seconds: float = VECTOR_TIME
+) -> Export:
+    """Write a variant's controller as C99, with test vectors of its simulation.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Resolved scenario; exported is the controller that it begins with.
+    variant : str
+        One of its variants.
+    folder : Path
+        New, empty, or of a former export, whose files are replaced.
+    seconds : float
+        Longest test vectors, s.
+
+    Returns
+    -------
+    Export
+        What was written.
+
+    Raises
+    ------
+    ConfigError
+        If there is no such variant, the folder holds something else, or the vectors are empty.
+    Infeasible
+        If the motor cannot follow the trajectory.
+    StoreError
+        If a file cannot be written.
+    """
+    _check_variant(scenario, variant)
+    _check_folder(folder)
+    if not seconds >= CONTROL_PERIOD:
+        allowed = f">= {CONTROL_PERIOD:g}"
+        raise ConfigError(FieldError("--seconds", "is too short", seconds, allowed, "s"))
+    prepared = prepare(scenario)
+    vectors = simulated_vectors(prepared, variant, seconds)
+    if not len(vectors):
+        raise ConfigError(FieldError(f"variants.{variant}", "diverges in its first period"))
+    toml = tomli_w.dumps(scenario.model_dump(mode="json", exclude_none=True)).encode()
+    code = parameter_code(scenario, variant)
+    facts = {
+        "scenario": scenario.name,
+        "variant": variant,
+        "hash": hashlib.sha256(toml).hexdigest(),
+        "version": __version__,
+        "model": model_hash(),
+        "periods": str(len(vectors)),
+        "seconds": f"{len(vectors) * CONTROL_PERIOD:g}",
+        "values": code.values,
+        "include_tables": '#include "psrm_tables.h"\n' if code.tables else "",
+        "tables": code.tables,
+    }
+    files = {"scenario.toml": toml, "vectors.bin": vector_file(vectors)}
+    for path in sorted(SOURCE.iterdir()):
+        if path.suffix != ".in":
+            files[path.name] = path.read_bytes()
+        elif path.stem != "psrm_tables.h" or code.tables:
+            files[path.stem] = Template(path.read_text("utf-8")).substitute(facts).encode()
+    try:
+        for name, content in files.items():
+            replace(folder / name, content, mode=0o644)
+        if not code.tables:  # of a former export
+            (folder / "psrm_tables.h").unlink(missing_ok=True)
+    except OSError as error:
+        raise failure(f"{folder}: cannot be written", error) from error
+    return Export(tuple(sorted(files)), facts["hash"], len(vectors))
+
+
+def _check_variant(scenario: Scenario, variant: str) -> None:
+    if variant not in scenario.variants:
+        allowed = " or ".join(scenario.variants)
+        raise ConfigError(FieldError("--variant", "is no variant of it", variant, allowed))
+
+
+def _check_folder(folder: Path) -> None:
+    """Refuse a folder with files that are no export: some names, like Makefile, are common."""
+    try:
+        found = list(folder.iterdir()) if folder.exists() else []
+    except OSError as error:
+        raise ConfigError(
+            FieldError("FOLDER", f"cannot be read: {error.strerror}", str(folder))
+        ) from None
+    if found and not (folder / _MARK).is_file():
+        raise ConfigError(FieldError("FOLDER", "has files that are no export", str(folder)))

@@ -1,0 +1,170 @@
+"""Quadrant glitches of a run: every reversal of every axis, variant by variant."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, Field
+
+from motionlab.analysis.glitches import BEFORE, Glitch, aligned, glitches, reversals
+from motionlab.config.planar import AXES
+from motionlab.library.library import library
+from motionlab.library.run import RunDetail
+from motionlab.telemetry.parquet import read_ticks
+
+AFTER_MAX = 0.2
+"""Most time after a reversal of the aligned curves, s."""
+
+POINTS = 500
+"""Most points of an aligned curve."""
+
+_DIGITS = 12  # of a length in m: a picometre
+
+
+class GlitchRow(BaseModel):
+    """One reversal under one variant."""
+
+    time: float = Field(description="When the reference turns, s")
+    direction: int = Field(description="1 or -1: the direction from then on")
+    height: float = Field(description="From before the reversal to the peak after it, signed, m")
+    delay: float | None = Field(description="From the reversal to a tenth of the height, s")
+    rise: float | None = Field(description="From a tenth to nine tenths of the height, s")
+    duration: float | None = Field(description="From the reversal until the error settles, s")
+
+
+class GlitchMean(BaseModel):
+    """Means over the reversals; of times, over those that have one."""
+
+    height: float = Field(description="Of the heights without their signs, m")
+    delay: float | None
+    rise: float | None
+    duration: float | None
+
+
+class AlignedError(BaseModel):
+    """The error of all reversals, each from its value before and in the new direction, m."""
+
+    start: float = Field(description="Time of the first point after the reversal, s; below 0")
+    step: float = Field(description="Time between points, s")
+    mean: list[float]
+    low: list[float] = Field(description="Least of all reversals")
+    high: list[float] = Field(description="Largest of all reversals")
+
+
+class VariantGlitches(BaseModel):
+    """What one variant does at the reversals of one axis."""
+
+    rows: list[GlitchRow]
+    mean: GlitchMean
+    aligned: AlignedError
+
+
+class AxisGlitches(BaseModel):
+    """The reversals of one axis."""
+
+    count: float = Field(description="Of the encoder, m; 0 where it is not known or has no steps")
+    variants: dict[str, VariantGlitches]
+
+
+class RunGlitches(BaseModel):
+    """The quadrant glitches of a run; an axis that never reverses is left out."""
+
+    axes: dict[str, AxisGlitches]
+
+
+def run_glitches(run_id: str) -> RunGlitches:
+    """Return what the following error of a run does at its reversals; docs/glitches.md.
+
+    Raises
+    ------
+    Unknown
+        If there is no such run.
+    Busy
+        If it is being recorded.
+    """
+    run = library().complete(run_id)
+    with library().files.open(run_id) as file:
+        known = set(file.schema_arrow.names)
+
+        def column(name: str) -> NDArray[np.float64] | None:
+            if name not in known:
+                return None
+            return read_ticks(file, [name], 0, run.ticks)[0].astype(np.float64)
+
+        axes = {}
+        for axis in AXES:
+            velocity = column(f"{axis}.velocity_reference")
+            if velocity is None:
+                position = column(f"{axis}.position_reference")
+                velocity = None if position is None else np.gradient(position, run.period)
+            if velocity is None or not reversals(velocity):
+                continue
+            count = _count(run, axis)
+            variants = {}
+            for name in run.variants:
+                error = column(f"{name}.{axis}.following_error")
+                found = (
+                    []
+                    if error is None
+                    else glitches(velocity, error, count=count, period=run.period)
+                )
+                if error is not None and found:
+                    variants[name] = _variant(found, error, velocity, run.period)
+            if variants:
+                axes[axis] = AxisGlitches(count=count, variants=variants)
+    return RunGlitches(axes=axes)
+
+
+def _count(run: RunDetail, axis: str) -> float:
+    """Return the resolution of an encoder, m, or 0."""
+    plant: dict[str, Any] = (run.scenario_document or {}).get("plant") or {}
+    return float(plant.get(axis, {}).get("encoder", {}).get("resolution", 0.0))
+
+
+def _variant(
+    found: list[Glitch],
+    error: NDArray[np.float64],
+    velocity: NDArray[np.float64],
+    period: float,
+) -> VariantGlitches:
+    shortest = min(turn.end - turn.tick for turn in reversals(velocity))
+    after = min(shortest, round(AFTER_MAX / period))
+    curves = aligned(error, found, before=round(BEFORE / period), after=after)
+    every = max(1, -(-curves.shape[1] // POINTS))
+    bins = np.arange(0, curves.shape[1], every)
+    low = np.minimum.reduceat(curves.min(axis=0), bins)
+    high = np.maximum.reduceat(curves.max(axis=0), bins)
+    middle = np.add.reduceat(curves.mean(axis=0), bins) / np.diff([*bins, curves.shape[1]])
+
+    def mean(name: str) -> float | None:
+        values = [getattr(one, name) for one in found if getattr(one, name) is not None]
+        return float(np.mean(values)) if values else None
+
+    return VariantGlitches(
+        rows=[
+            GlitchRow(
+                time=one.tick * period,
+                direction=one.direction,
+                height=one.height,
+                delay=one.delay,
+                rise=one.rise,
+                duration=one.duration,
+            )
+            for one in found
+        ],
+        mean=GlitchMean(
+            height=float(np.mean([abs(one.height) for one in found])),
+            delay=mean("delay"),
+            rise=mean("rise"),
+            duration=mean("duration"),
+        ),
+        aligned=AlignedError(
+            start=-round(BEFORE / period) * period,
+            step=every * period,
+            mean=np.round(middle, _DIGITS).tolist(),
+            low=np.round(low, _DIGITS).tolist(),
+            high=np.round(high, _DIGITS).tolist(),
+        ),
+    )

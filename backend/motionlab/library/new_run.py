@@ -1,0 +1,81 @@
+"""What is known of a run at its beginning."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+from motionlab import __version__
+from motionlab.config.scenario import Scenario
+from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.executors.code import processor
+from motionlab.kernel.force_maps import maps_of
+from motionlab.lanes import model_hash
+from motionlab.library.description import differences, labels
+from motionlab.library.run import NAME_MAX, Kind, RunDetail, new_id
+
+
+def new_run(kind: Kind, scenario: Scenario, result: dict[str, Any], *, name: str = "") -> RunDetail:
+    """Return a run without samples of this moment, this program and this processor.
+
+    Parameters
+    ----------
+    kind : Kind
+        What it is of.
+    scenario : Scenario
+        What is in effect at tick 0.
+    result : dict
+        Result document of a simulation; empty for a live run.
+    name : str
+        That of the scenario when left out.
+    """
+    return RunDetail(
+        id=new_id(),
+        kind=kind,
+        state="complete",
+        name=name or scenario.name,
+        scenario=scenario.name,
+        note="",
+        tags=[],
+        pinned=False,
+        kept=kind == "simulation",  # else recorded without being asked to
+        created=time.time(),
+        duration=0.0,
+        ticks=0,
+        period=CONTROL_PERIOD,
+        size=0,
+        variants=list(scenario.variants),
+        labels=labels(scenario),
+        differences=differences(scenario),
+        metrics={},
+        thumbnail={},
+        seed=scenario.seed,
+        version=__version__,
+        model=model_hash(),
+        processor=processor(),
+        maps=maps_of(scenario),
+        scenario_document=scenario.model_dump(mode="json"),
+        events=[],
+        result=result,
+        columns=[],
+    )
+
+
+def live_run(scenario: Scenario, run_id: str, created: float, *, drive: str = "") -> RunDetail:
+    """Return what is known of a live run at its beginning.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        What is in effect at tick 0.
+    run_id : str
+        Its identifier.
+    created : float
+        When it began, seconds since 1970.
+    drive : str
+        Title of the drive link that moves; empty for a simulated session.
+    """
+    update = {"id": run_id, "created": created, "state": "recording"}
+    name = f"{scenario.name} {' '.join(scenario.variants)} on {drive}"[:NAME_MAX] if drive else ""
+    begun = new_run("drive" if drive else "live", scenario, {}, name=name)
+    return begun.model_copy(update=update)

@@ -1,0 +1,135 @@
+"""Experiments behind the rows: runs, sizing, force map, identification; each once."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from motionlab.config.load import load_scenario
+from motionlab.config.shipped import data_root
+from motionlab.motor_design.design import design
+from motionlab.motor_design.document import DesignDocument
+from motionlab.motor_design.fem.force_map import ForceMap, content_hash
+from motionlab.motor_design.fem.geometry import Geometry
+from motionlab.motor_design.kept_maps import MapStore, named_map
+from motionlab.simulation.prepare import Prepared, prepare
+from motionlab.simulation.result import document
+from motionlab.simulation.run import run
+from motionlab.studies.identify.document import IdentificationDocument
+from motionlab.studies.identify.experiment import identify
+from motionlab.studies.identify.plan import plan
+from motionlab.studies.identify.request import IdentifyRequest
+from motionlab.studies.maps.compute import computed_or_kept
+from motionlab.studies.montecarlo.cases import plan as plan_cases
+from motionlab.studies.montecarlo.cases import run_cases
+from motionlab.studies.montecarlo.document import MonteCarloDocument
+from motionlab.studies.montecarlo.request import MonteCarloRequest
+from motionlab.telemetry.recording import Recording
+
+Progress = Callable[[float], None]
+"""Takes the share of one experiment that is done; what it raises ends the work."""
+
+CASES = 300
+"""Plants of a Monte Carlo study."""
+
+_NEW_DESIGN = "new-design"
+_LONG = 100_000
+"""Ticks; a recording of two variants takes 400 bytes of each."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """A scenario that was run.
+
+    Attributes
+    ----------
+    prepared : Prepared
+        What was run.
+    recording : Recording
+        Every channel.
+    document : dict
+        The result document.
+    """
+
+    prepared: Prepared
+    recording: Recording
+    document: dict[str, Any]
+
+
+class Experiments:
+    """Experiments, computed on first use and cached.
+
+    Parameters
+    ----------
+    progress : callable, optional
+        Takes the share done of the present experiment.
+    """
+
+    def __init__(self, progress: Progress | None = None) -> None:
+        self._progress = progress or (lambda share: None)
+        self._runs: dict[str, Run] = {}
+        self._studies: dict[str, MonteCarloDocument] = {}
+        self._design: DesignDocument | None = None
+        self._force_map: ForceMap | None = None
+        self._identification: IdentificationDocument | None = None
+
+    def run(self, scenario: str, changes: Mapping[str, Any] | None = None) -> Run:
+        """Return a run of a shipped scenario with changes, dotted path to value."""
+        key = f"{scenario} {json.dumps(changes or {}, sort_keys=True)}"
+        if key not in self._runs:
+            prepared = prepare(load_scenario(scenario, changes))
+            done = 0
+
+            def count(ticks: int) -> None:
+                nonlocal done
+                done += ticks
+                self._progress(done / prepared.reference.ticks)
+
+            recording = run(prepared, count)
+            self._runs[key] = Run(prepared, recording, document(prepared, recording))
+        return self._runs[key]
+
+    def forget_long_runs(self) -> None:
+        """Drop runs with large recordings."""
+        self._runs = {
+            key: kept for key, kept in self._runs.items() if kept.recording.ticks <= _LONG
+        }
+
+    def study(self, scenario: str) -> MonteCarloDocument:
+        """Return the Monte Carlo study of a shipped scenario over the default plants."""
+        if scenario not in self._studies:
+            planned = plan_cases(MonteCarloRequest(scenario=scenario, cases=CASES))
+            self._studies[scenario] = run_cases(planned, self._progress)
+        return self._studies[scenario]
+
+    def design(self) -> DesignDocument:
+        """Return the paper's example, sized and rated."""
+        if self._design is None:
+            self._design = design({})
+        return self._design
+
+    def force_map(self) -> ForceMap:
+        """Return the force map of the paper's geometry by finite elements.
+
+        The shipped one, unless the finite-element code has changed since.
+        """
+        if self._force_map is None:
+            shipped = named_map(_NEW_DESIGN, _NEW_DESIGN)
+            if shipped.document.content_hash == content_hash(Geometry(), "default"):
+                self._force_map = shipped
+            else:
+                store = MapStore(data_root() / "maps")
+                self._force_map, _ = computed_or_kept(
+                    store, Geometry(), "default", progress=self._progress
+                )
+        return self._force_map
+
+    def identification(self) -> IdentificationDocument:
+        """Return the friction of the nominal motor, identified as the paper does."""
+        if self._identification is None:
+            self._identification = identify(
+                plan(IdentifyRequest()), lambda share, _: self._progress(share)
+            )
+        return self._identification

@@ -1,0 +1,192 @@
+"""Jobs: accepting, watching and cancelling long work."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from typing import Annotated, Any, NamedTuple
+
+from fastapi import APIRouter, HTTPException, Path, Query, Request, Response
+from pydantic import BaseModel, ValidationError
+
+from motionlab.library.job_records import RecordStore
+from motionlab.server.http.openapi_input import ID, links
+from motionlab.server.http.problems import responses
+from motionlab.server.http.strict_json import JsonRoute
+from motionlab.server.job_reports import REPORT, JobReport, JobSummary, Kind
+from motionlab.server.jobs import Jobs, JobTask, TooManyJobs
+from motionlab.server.worker_answers import ComputedResponse, called, computed
+from motionlab.server.workers.worker import Call
+
+router = APIRouter(route_class=JsonRoute)
+
+JobId = Annotated[
+    str,
+    Path(
+        json_schema_extra={"pattern": ID},
+        description="Identifier of a job",
+        examples=["U0xWEJm0dmZg"],
+    ),
+]
+
+_JSON = "application/json"
+_GOES_ON = {"queued", "running"}
+_INTERRUPTED = {
+    "state": "interrupted",
+    "error": "the server ended before this job did; ask for it again",
+}
+"""Error of a job recorded as running that no server runs."""
+
+
+def accepted(report: type[BaseModel]) -> dict[int | str, dict[str, Any]]:
+    """Return the OpenAPI response of `as_job` for one kind of report."""
+    return {
+        202: {
+            "model": report,
+            "description": "Accepted as a job, at its Location",
+            "headers": {"Location": {"schema": {"type": "string"}}},
+            "links": links("job_id", "getJob", "cancelJob"),
+        }
+    }
+
+
+@router.get(
+    "/jobs",
+    operation_id="listJobs",
+    tags=["jobs"],
+    response_model=list[JobSummary],
+    responses=responses(429, 503),
+)
+async def list_jobs(
+    request: Request,
+    kind: Annotated[Kind | None, Query(description="Only jobs of this kind")] = None,
+) -> Response:
+    """Return the jobs that wait, run or have ended, the newest first.
+
+    They are recorded, and found again when the server is started anew.
+    """
+    jobs: Jobs = request.app.state.jobs
+    return await computed(request, _listed, jobs.records, kind, jobs.told(), light=True)
+
+
+@router.get(
+    "/jobs/{job_id}",
+    operation_id="getJob",
+    tags=["jobs"],
+    response_model=JobReport,
+    responses=responses(404, 429, 503),
+)
+async def get_job(request: Request, job_id: JobId) -> Response:
+    """Return the state, progress and, once it is done, the result of a job."""
+    jobs: Jobs = request.app.state.jobs
+    report = jobs.report(job_id)
+    if report is not None:
+        return Response(report, media_type=_JSON)
+    return ComputedResponse(await called(request, _recorded, jobs.records, job_id, light=True))
+
+
+@router.delete(
+    "/jobs/{job_id}",
+    operation_id="cancelJob",
+    tags=["jobs"],
+    response_model=JobReport,
+    responses=responses(404, 429, 503),
+)
+async def cancel_job(request: Request, job_id: JobId) -> Response:
+    """Cancel a job that waits or runs; a finished one stays as it is."""
+    request.app.state.jobs.cancel(job_id)
+    return await get_job(request, job_id)
+
+
+class CheckedRequest(NamedTuple):
+    """A request that passed every check.
+
+    Attributes
+    ----------
+    request : bytes
+        As in its job's report, JSON.
+    size : int
+        Memory that its job holds while it runs, bytes.
+    """
+
+    request: bytes
+    size: int = 0
+
+    @classmethod
+    def of(cls, body: dict[str, Any], size: int = 0) -> CheckedRequest:
+        """Return a request by its body."""
+        return cls(json.dumps(body, allow_nan=False).encode(), size)
+
+
+async def as_job(
+    request: Request,
+    kind: Kind,
+    function: Callable[..., Any],
+    check: Callable[..., bytes | CheckedRequest],
+    *asked: Any,
+    batches: bool = False,
+) -> Response:
+    """Queue work and return 202 with its location.
+
+    Parameters
+    ----------
+    request : Request
+        Whose application has the queue.
+    kind : str
+        Kind of the job.
+    function : callable
+        Of a module, called in the job's process with a `Call`, the request as JSON has it, and
+        `Settings`; returns the result document.
+    check : callable
+        Of a module, called in a worker with a `Call`, `Settings` and `asked`; returns the request
+        for the job's report, or bytes to answer with at once.
+    *asked
+        Arguments of `check`.
+    batches : bool
+        Whether it needs the kernels of batches.
+    """
+    state = request.app.state
+    answer = await called(request, check, state.settings.bounds, *asked)
+    if answer.contents is not None:
+        return ComputedResponse(answer)
+    body, size = answer.value
+    answer.close()
+    state.memory.check(size)
+    try:
+        job_id, report = await state.jobs.submit(JobTask(kind, function, body, size, batches))
+    except TooManyJobs as error:
+        raise HTTPException(429, str(error)) from None
+    return Response(report, 202, {"Location": f"/api/v1/jobs/{job_id}"}, _JSON)
+
+
+def _listed(
+    records: RecordStore, kind: Kind | None, own: list[tuple[dict[str, Any], bytes]]
+) -> list[JobSummary]:
+    """Return all jobs, from memory or else from their records; runs in a worker."""
+    found: dict[str, JobSummary] = {}
+    for line in records.summaries():
+        try:
+            recorded = JobSummary.model_validate_json(line)
+        except ValidationError:
+            continue
+        if recorded.state in _GOES_ON:
+            recorded = recorded.model_copy(update=_INTERRUPTED)
+        found[recorded.id] = recorded
+    for told, request in own:
+        found[told["id"]] = JobSummary(**told, request=json.loads(request))
+    wanted = [job for job in found.values() if kind in (None, job.kind)]
+    return sorted(wanted, key=lambda job: job.created, reverse=True)
+
+
+def _recorded(_: Call, records: RecordStore, job_id: str) -> bytes:
+    """Return the report of a job that is recorded; runs in a worker."""
+    record = records.read(job_id)
+    try:
+        if record is not None:
+            report = REPORT.validate_json(record)
+            if report.state not in _GOES_ON:
+                return record
+            return report.model_copy(update=_INTERRUPTED).model_dump_json().encode()
+    except ValidationError:  # damaged, or of another version
+        pass
+    raise HTTPException(404, f"no job {job_id!r}")
