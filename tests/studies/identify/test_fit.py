@@ -54,9 +54,15 @@ def test_the_intervals_hold_what_they_promise(kind: str) -> None:
     Where few motions tell a parameter, the jackknife and few degrees of freedom make it more.
     """
     fits = repeated(kind)
-    share = np.mean([np.abs(fitted.values - TRUE) <= fitted.half_width for fitted in fits], axis=0)
+    misses = np.array([np.abs(fitted.values - TRUE) for fitted in fits])
+    inside = misses <= [fitted.half_width for fitted in fits]
+    by_all = [2, 4]  # v_s and f_0
+    if kind == "motion":  # both ways of a motion err alike, and f_0 is exact but for rounding
+        assert misses[:, 4].max() < 1e-7
+        inside, by_all = inside[:, :4], [2]
+    share = inside.mean(axis=0)
     assert share.min() >= 0.9, share
-    assert share[[2, 4]].max() <= 0.99, share  # v_s and f_0, which every motion tells
+    assert share[by_all].max() <= 0.99, share
 
 
 def test_few_motions_widen_an_interval_and_say_so() -> None:

@@ -74,11 +74,15 @@ def parameters(found: AxisIdentification) -> dict[str, Parameter]:
 
 
 def lost(found: AxisIdentification) -> dict[str, float]:
-    """Return the parameters whose interval does not hold the truth, and their errors."""
+    """Return the parameters whose interval, half as wide again, misses the truth, and their errors.
+
+    Of eight intervals at 95 % one in three records loses one, and the last bits of a processor
+    decide which; how often they hold is counted in `test_interval_coverage`.
+    """
     return {
         name: p.value / TRUE[name] - 1.0 if TRUE[name] else p.value
         for name, p in parameters(found).items()
-        if p.low is None or p.high is None or not p.low <= TRUE[name] <= p.high
+        if p.high is None or abs(p.value - TRUE[name]) > 1.5 * (p.high - p.value)
     }
 
 
