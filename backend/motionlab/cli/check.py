@@ -69,7 +69,7 @@ def _check(options: argparse.Namespace) -> int:
     from motionlab.trajectories.trajectory_check import examine
 
     scenario = planned(_scenario(options))
-    limits = limit_sets(tuple(epochs(scenario)))
+    limits = limit_sets(epochs(scenario))
     found = examine(scenario.trajectory, limits, bins=_BINS)
     remedy = None if found.feasible else slower(scenario)
     loops = run_loops(scenario, found)
@@ -130,7 +130,7 @@ def slower(scenario: Scenario) -> Slower | None:
 
     try:
         scenario = planned(scenario)
-        limits = limit_sets(tuple(epochs(scenario)))
+        limits = limit_sets(epochs(scenario))
         slow, stretch = slow_down(scenario.trajectory, limits)
         found = _changes(scenario.trajectory, slow)
         # Numbers that can be typed, if they will do.

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import groupby
 from pathlib import Path
 from typing import Any
 
+from pydantic import BaseModel
+from pydantic_core import PydanticUndefined, to_jsonable_python
+
 from motionlab.config.bounds import DEPTH_MAX
 from motionlab.config.includes import controller_name, part_of_file, resolve
-from motionlab.config.shipped import copied
+from motionlab.config.scenario import Scenario
+from motionlab.config.validation_errors import item_of, model_of
 from motionlab.errors import ConfigError, FieldError
 
 SCHEDULABLE = ("plant", "variants", "load")
@@ -25,14 +29,7 @@ _ITEM = re.compile("0|[1-9][0-9]{0,8}")
 def split_pairs(texts: Iterable[str], option: str, form: str = "KEY=VALUE") -> dict[str, str]:
     """Return ``key=value`` texts as a mapping of texts.
 
-    Parameters
-    ----------
-    texts : iterable of str
-        Values of a repeatable option of the command line.
-    option : str
-        The option that errors name.
-    form : str
-        What the option's help calls such a text.
+    Errors name `option`, of the command line, and the `form` in which its help has such a text.
 
     Raises
     ------
@@ -55,13 +52,6 @@ def parse_assignments(assignments: Iterable[str], option: str = "--set") -> dict
 
     Of ``--set`` the path of a ``.toml`` file stands for the part that is in it.
 
-    Parameters
-    ----------
-    assignments : iterable of str
-        Values of a repeatable option of the command line.
-    option : str
-        The option that errors name.
-
     Raises
     ------
     ConfigError
@@ -83,10 +73,11 @@ def with_files(changes: Mapping[str, Any]) -> dict[str, Any]:
     return {path: part_of_file(path, value, Path()) for path, value in changes.items()}
 
 
-def apply_changes(document: dict[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a copy of resolved tables with dotted paths set, shallow paths first.
+def apply_changes(document: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return resolved tables with dotted paths set, shallow paths first; `document` stays.
 
-    Names of parts are resolved once for all paths of the same depth.
+    A path may lead into what the tables leave to a default. Names of parts are resolved once for
+    all paths of the same depth.
 
     Raises
     ------
@@ -103,14 +94,13 @@ def apply_changes(document: dict[str, Any], changes: Mapping[str, Any]) -> dict[
         raise ConfigError(*(FieldError(path, message, changes[path]) for path in indexed))
     for path, other in twice(changes):
         raise ConfigError(FieldError(path, f"is set twice, also as {other}", changes[path]))
-    tables = copied(document)
+    tables = dict(document)
     for dots, group in groupby(sorted(labelled(changes).items(), key=_dots), key=_dots):
         names_parts = False
         for path, value in group:
             if path == "base":
                 raise ConfigError(FieldError("base", "is not a field: name the scenario"))
-            # A deeper path may change a table of this value, which is the caller's.
-            set_path(tables, _field(path), copied(value))
+            set_path(tables, _field(path), value, Scenario)
             # It may name a part, or hold one with a base.
             names_parts |= isinstance(value, str | dict) and dots < _PART_PARTS
         if names_parts:
@@ -131,12 +121,8 @@ def reapplied(shared: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str
     """Return changes together with those of earlier ones that they would overwrite.
 
     Applied to tables that `shared` has been applied to already, they give what all changes give
-    at once: a part that `changes` swaps keeps what `shared` sets inside it.
-
-    Parameters
-    ----------
-    shared, changes : mapping of str to value
-        Dotted path to value; of a field in both, `changes` wins.
+    at once: a part that `changes` swaps keeps what `shared` sets inside it. Of a field in both,
+    `changes` wins.
     """
     depth = {path.split(".")[0]: DEPTH_MAX for path in changes}
     for path in changes:
@@ -201,39 +187,55 @@ def check_schedulable(changes: Mapping[str, Any], loc: str) -> None:
         raise ConfigError(*refused)
 
 
-def set_path(tables: dict[str, Any], path: str, value: Any) -> None:
-    """Set the value at a dotted path, creating missing tables.
+def set_path(
+    tables: dict[str, Any], path: str, value: Any, model: type[BaseModel] | None = None
+) -> None:
+    """Set the value at a dotted path of `tables`; those inside of them are copied, not changed.
+
+    A table on the way that is not there begins with the default of its field in `model`, or empty.
 
     Raises
     ------
     ConfigError
         If the path leads into a single value, or to an item that a list does not have.
     """
-    keys = path.split(".")
-    here: Any = tables
-    for depth, key in enumerate(keys):
-        last = depth == len(keys) - 1
-        if isinstance(here, list) and _ITEM.fullmatch(key) and int(key) < len(here):
-            index = int(key)
-            if last:
-                here[index] = value
-            else:
-                here = here[index]
-        elif isinstance(here, dict):
-            if last:
-                here[key] = value
-            else:
-                if here.get(key) is None:
-                    here[key] = {}
-                here = here[key]
-        else:
-            parent = ".".join(keys[:depth])
-            message, allowed = f"{parent} is a single value, it has no such field", ""
-            if isinstance(here, list):
-                message, allowed = f"{parent} has no such item", f"0 to {len(here) - 1}"
-            raise ConfigError(
-                FieldError(".".join(keys[: depth + 1]), message, value, allowed if here else "none")
-            )
+    *parents, last = path.split(".")
+    table: Any = tables
+    for depth, key in enumerate(parents):
+        slot = _slot(table, key, parents[:depth], value)
+        inner = table[slot] if isinstance(table, list) else table.get(slot)
+        if inner is None:
+            inner = _default(model, tables, parents[: depth + 1])
+        table[slot] = inner.copy() if isinstance(inner, dict | list) else inner
+        table = table[slot]
+    table[_slot(table, last, parents, value)] = value
+
+
+def _slot(table: Any, key: str, path: Sequence[str], value: Any) -> Any:
+    """Return the key of a value in the table, or its index in the list, at some path."""
+    if isinstance(table, dict):
+        return key
+    parent = ".".join(path)
+    if not isinstance(table, list):
+        message, allowed = f"{parent} is a single value, it has no such field", ""
+    elif _ITEM.fullmatch(key) and int(key) < len(table):
+        return int(key)
+    else:
+        message = f"{parent} has no such item"
+        allowed = f"0 to {len(table) - 1}" if table else "none"
+    raise ConfigError(FieldError(f"{parent}.{key}", message, value, allowed))
+
+
+def _default(model: Any, tables: Any, path: Sequence[str]) -> Any:
+    """Return the default at a path of a model's tables, as JSON has it; {} where there is none."""
+    annotation, default = model, None
+    for key in path:
+        fields = getattr(model_of(annotation, tables), "model_fields", {})
+        info = fields.get(key)
+        annotation = info.annotation if info else None if fields else item_of(annotation)
+        default = info.default if info else None
+        tables = tables[int(key)] if isinstance(tables, list) else tables.get(key)
+    return {} if default is None or default is PydanticUndefined else to_jsonable_python(default)
 
 
 def _field(path: str) -> str:

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import contextlib
+import itertools
 import re
-import typing
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, TypeGuard
-
-from pydantic import BaseModel
+from typing import Any
 
 from motionlab.config.scenario import Scenario
-from motionlab.config.validation_errors import members, strip
-from motionlab.errors import SHOWN_MAX, ConfigError, FieldError
+from motionlab.config.validation_errors import item_of, model_of
+from motionlab.errors import SHOWN_MAX, FieldError
 
 _INDEX = re.compile(r"\[([0-9]{1,9})\]")
 _UNKNOWN = "unknown key"
@@ -22,26 +19,18 @@ _PATHS_MAX = 5000
 _ERRORS_MAX = 10 * SHOWN_MAX
 
 
-@contextlib.contextmanager
-def hinted(document: Mapping[str, Any], changes: Mapping[str, Any] | None = None) -> Iterator[None]:
-    """Add to errors of unknown keys the paths of the fields of that name.
+def hinted(
+    errors: Sequence[FieldError], document: Mapping[str, Any], changes: Mapping[str, Any]
+) -> list[FieldError]:
+    """Return errors of a scenario; those of unknown keys name the fields of that name.
 
-    Parameters
-    ----------
-    document : mapping
-        Resolved tables of the scenario; which fields there are depends on its kind of motion, its
-        variants and its lists.
-    changes : mapping of str to value, optional
-        Changes of it, by dotted path.
+    Which fields there are depends on the document's kind of motion, its variants and its lists.
     """
-    try:
-        yield
-    except ConfigError as error:
-        if not any(each.message.startswith(_UNKNOWN) for each in error.errors):
-            raise
-        paths = list(_paths(Scenario, document, ""))[:_PATHS_MAX]
-        hints = [_hinted(each, paths, changes or {}) for each in error.errors[:_ERRORS_MAX]]
-        raise ConfigError(*hints, *error.errors[_ERRORS_MAX:]) from None
+    if not any(each.message.startswith(_UNKNOWN) for each in errors):
+        return list(errors)
+    paths = list(itertools.islice(_paths(Scenario, document, ""), _PATHS_MAX))
+    hints = [_hinted(each, paths, changes) for each in errors[:_ERRORS_MAX]]
+    return [*hints, *errors[_ERRORS_MAX:]]
 
 
 def _hinted(error: FieldError, paths: list[str], changes: Mapping[str, Any]) -> FieldError:
@@ -71,39 +60,16 @@ def _paths(annotation: Any, value: Any, path: str) -> Iterator[str]:
     if path:
         yield path
     below = f"{path}." if path else ""
-    kind = value.get("kind") if isinstance(value, Mapping) else None
-    models = [each for each in members(annotation) if _is_model(each)]
-    if len(models) > 1:
-        models = [
-            each
-            for each in models
-            if each.model_fields.get("kind") and each.model_fields["kind"].default == kind
-        ]
-    if models:
-        for name, info in models[0].model_fields.items():
-            key = info.alias or name
-            inner = value.get(key) if isinstance(value, Mapping) else None
-            yield from _paths(info.annotation, inner, below + key)
+    if model := model_of(annotation, value):
+        for name, info in model.model_fields.items():
+            if isinstance(value, Mapping):
+                inner = value.get(name, info.default)
+            else:
+                inner = getattr(value, name, info.default)
+            yield from _paths(info.annotation, inner, below + name)
     elif isinstance(value, Mapping):
-        item = _item(annotation)
         for key, inner in value.items():
-            yield from _paths(item, inner, f"{below}{key}")
+            yield from _paths(item_of(annotation), inner, f"{below}{key}")
     elif isinstance(value, list | tuple) and len(value) <= _HINTS_MAX:
-        item = _item(annotation)
         for index, inner in enumerate(value):
-            yield from _paths(item, inner, f"{below}{index}")
-
-
-def _item(annotation: Any) -> Any:
-    """Return the type of the items of a list, or of the values of a mapping."""
-    arguments = typing.get_args(strip(annotation))
-    return next((each for each in reversed(arguments) if each is not ...), Any)
-
-
-def _kind_of(model: type[BaseModel]) -> Any:
-    field = model.model_fields.get("kind")
-    return None if field is None else field.default
-
-
-def _is_model(annotation: Any) -> TypeGuard[type[BaseModel]]:
-    return isinstance(annotation, type) and issubclass(annotation, BaseModel)
+            yield from _paths(item_of(annotation), inner, f"{below}{index}")

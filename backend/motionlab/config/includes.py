@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from motionlab.config.planar import AXES
-from motionlab.config.shipped import ORIGIN, Kind, copied, is_name, names, nearest, parse, read
+from motionlab.config.shipped import ORIGIN, Kind, is_name, names, nearest, parse, read
 from motionlab.errors import ConfigError, FieldError
 
 _MODEL_KEYS = ("mass", "friction", "force_map")
@@ -52,16 +52,10 @@ def resolve(
 ) -> dict[str, Any]:
     """Return a scenario's tables with all names and ``base`` references resolved.
 
-    Parameters
-    ----------
-    document : mapping
-        The tables.
-    folder : Path, optional
-        Folder of the scenario's file, in which a part may be the path of a ``.toml`` file. Without
-        one text is never a path, so that a remote caller cannot name files.
-    errors : list of FieldError, optional
-        Takes what leads nowhere, so that the rest can be checked too: upon the closest name, or
-        without a base.
+    What no name changes is shared with `document`, which stays as it is. In `folder`, that of the
+    scenario's file, a part may be the path of a ``.toml`` file; without one text is never a path,
+    so that a remote caller cannot name files. `errors` takes names that lead nowhere, so that the
+    rest can be checked too: with the closest name, or without a base.
 
     Raises
     ------
@@ -69,36 +63,24 @@ def resolve(
         If a part is not there and `errors` is left out.
     """
     at = _Names(folder, errors)
-    tables = _resolve_part("scenarios", document, "scenario", at)
+    tables = dict(_resolve_part("scenarios", document, "scenario", at))
     if "plant" in tables:
         tables["plant"] = _with_maps(_resolve_part("motors", tables["plant"], "plant", at))
     if "trajectory" in tables:
         part = _resolve_part("trajectories", tables["trajectory"], "trajectory", at)
         tables["trajectory"] = part
-    variants = tables.get("variants")
-    for name, variant in variants.items() if isinstance(variants, dict) else ():
-        if not isinstance(variant, dict) or "controller" not in variant:
-            continue
-        loc = f"variants.{name}.controller"
-        controller = _resolve_part("controllers", variant["controller"], loc, at)
-        if isinstance(controller, dict) and "model" in controller:
-            model = _resolve_model(controller["model"], f"{loc}.model", at)
-            controller["model"] = _with_maps(model)
-        variant["controller"] = controller
+    if isinstance(variants := tables.get("variants"), dict):
+        tables["variants"] = {
+            name: _resolve_variant(variant, f"variants.{name}.controller", at)
+            for name, variant in variants.items()
+        }
     return tables
 
 
 def part_of_file(path: str, value: Any, folder: Path) -> Any:
     """Return the tables of the file that a change names, such as ``plant = "stage.toml"``.
 
-    Parameters
-    ----------
-    path : str
-        Dotted path of the change.
-    value : Any
-        Its value; of any other than the path of a file, it comes back.
-    folder : Path
-        What the path of the file is relative to.
+    A value that is no path of a file, relative to `folder`, comes back.
 
     Raises
     ------
@@ -167,14 +149,24 @@ def _labelled(own: dict[str, Any]) -> dict[str, Any]:
     variants = own.get("variants")
     if not isinstance(variants, Mapping):
         return own
-    found = dict(variants)
+    labelled = dict(variants)
     for key, variant in variants.items():
         if isinstance(variant, Mapping):
             own_controller = variant.get("controller")
             whole = isinstance(own_controller, str) or "base" in (own_controller or ())
             name = controller_name(own_controller) if whole else None
-            found[key] = ({} if name is None else {"label": name}) | dict(variant)
-    return own | {"variants": found}
+            labelled[key] = ({} if name is None else {"label": name}) | dict(variant)
+    return own | {"variants": labelled}
+
+
+def _resolve_variant(variant: Any, loc: str, at: _Names) -> Any:
+    if not isinstance(variant, dict) or "controller" not in variant:
+        return variant
+    controller = _resolve_part("controllers", variant["controller"], loc, at)
+    if isinstance(controller, dict) and "model" in controller:
+        model = _resolve_model(controller["model"], f"{loc}.model", at)
+        controller = controller | {"model": _with_maps(model)}
+    return variant | {"controller": controller}
 
 
 def _resolve_model(part: Any, loc: str, at: _Names) -> Any:
@@ -196,13 +188,13 @@ def _with_maps(part: Any) -> Any:
     if not isinstance(part, Mapping):
         return part
     both = {"force_map": part["force_map"]} if "force_map" in part else {}
-    found = {key: value for key, value in part.items() if key != "force_map"}
+    tables = {key: value for key, value in part.items() if key != "force_map"}
     for axis in AXES:
-        if isinstance(found.get(axis), Mapping):
-            found[axis] = _merge(found[axis], both)
-            if isinstance(found[axis].get("force_map"), str):
-                found[axis]["force_map"] = {"kind": "table", "name": found[axis]["force_map"]}
-    return found
+        if isinstance(tables.get(axis), Mapping):
+            tables[axis] = _merge(tables[axis], both)
+            if isinstance(name := tables[axis].get("force_map"), str):
+                tables[axis]["force_map"] = {"kind": "table", "name": name}
+    return tables
 
 
 def _merge(base: Any, own: Mapping[str, Any]) -> dict[str, Any]:
@@ -210,12 +202,12 @@ def _merge(base: Any, own: Mapping[str, Any]) -> dict[str, Any]:
 
     A table of its own base or kind replaces what was there; upon a name, a table changes that part.
     """
-    merged = copied(base)
+    merged = dict(base)
     for key, value in own.items():
         below = merged.get(key)
         whole = not isinstance(value, Mapping) or "base" in value or "kind" in value
         if not whole and isinstance(below, str):
             below = {"base": below}
         mergeable = not whole and isinstance(below, Mapping)
-        merged[key] = _merge(below, value) if mergeable else copied(value)
+        merged[key] = _merge(below, value) if mergeable else value
     return merged

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping, Sequence
-from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,12 +15,15 @@ from motionlab.config.hints import hinted
 from motionlab.config.includes import resolve
 from motionlab.config.quantity import Config
 from motionlab.config.scenario import Scenario
-from motionlab.config.shipped import copied, is_name, parse, read
+from motionlab.config.shipped import is_name, parse, read
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
-from motionlab.config.toml_lines import located
+from motionlab.config.toml_lines import placed
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.config.validation_errors import field_errors
 from motionlab.errors import ConfigError, FieldError
+
+Epochs = tuple[tuple[int, Scenario], ...]
+"""Parameter sets of a run, and the tick from which on each holds."""
 
 
 class _Holder(Config):
@@ -54,41 +57,46 @@ def load_scenario(
         Naming every field that is wrong, its value, range and unit.
     """
     changes = changes or {}
+    folder = source.parent if isinstance(source, Path) else None
+    tables: dict[str, Any] = {}
+    nowhere: list[FieldError] = []
     try:
-        with located(source, elsewhere=changes) if isinstance(source, Path) else nullcontext():
-            document = _resolved(source)
-            if changes:
-                document = _with_defaults(document)
-                with hinted(document, changes):
-                    return validate(apply_changes(document, changes))
-            with hinted(document):
-                return validate(document)
+        tables = resolve(read_source(source), folder=folder, errors=nowhere)
+        if nowhere:
+            raise ConfigError(*nowhere, *_others(tables, nowhere))
+        return validate(apply_changes(tables, changes) if changes else tables)
+    except ConfigError as error:
+        errors: Sequence[FieldError] = hinted(error.errors, tables, changes)
+        if isinstance(source, Path):
+            errors = placed(errors, source, changes)
+        raise ConfigError(*errors) from None
     except RecursionError:
         raise ConfigError(FieldError(loc="scenario", message="is nested too deeply")) from None
 
 
-def _resolved(source: str | Path | Mapping[str, Any]) -> dict[str, Any]:
-    """Return the tables of a source; beside names that lead nowhere, all else that is wrong."""
-    errors: list[FieldError] = []
-    folder = source.parent if isinstance(source, Path) else None
-    document = resolve(_read_source(source), folder=folder, errors=errors)
-    if errors:
-        places = ["" if error.loc == "scenario" else error.loc for error in errors]
-        try:
-            with hinted(document):
-                validate(document)
-        except ConfigError as error:
-            errors += (each for each in error.errors if not _is_missing_below(each, places))
-        raise ConfigError(*errors)
-    return document
+def read_source(source: str | Path | Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the tables of a shipped name, a TOML file, or the tables themselves, unresolved."""
+    if isinstance(source, Mapping):
+        return source
+    if isinstance(source, Path):
+        named = {"name": source.stem} if is_name(source.stem) else {}
+        return named | parse(source)
+    return {"name": source} | read("scenarios", source, loc="scenario")
 
 
-def _is_missing_below(error: FieldError, places: Sequence[str]) -> bool:
-    """Return whether a field may be missing for want of the base of one of some parts."""
-    loc = f"{error.loc}."
-    return error.message == "is missing" and any(
-        not place or loc.startswith(f"{place}.") for place in places
-    )
+def _others(tables: Mapping[str, Any], nowhere: Sequence[FieldError]) -> list[FieldError]:
+    """Return what else is wrong with tables, some of whose names lead nowhere."""
+    places = ["" if error.loc == "scenario" else f"{error.loc}." for error in nowhere]
+    try:
+        validate(tables)
+    except ConfigError as error:
+        return [
+            each
+            for each in error.errors
+            # It may be missing for want of a base.
+            if not (each.message == "is missing" and f"{each.loc}.".startswith(tuple(places)))
+        ]
+    return []
 
 
 def validate(document: Mapping[str, Any]) -> Scenario:
@@ -99,22 +107,20 @@ def validate(document: Mapping[str, Any]) -> Scenario:
     ConfigError
         Naming every field that is wrong, those of the schedule too.
     """
-    found: list[FieldError] = []
-    scenario = None
     try:
         scenario = _validate(document)
     except ConfigError as error:
-        found += error.errors
-    found += _errors_of_events(document, found)
-    if scenario is None or found:
-        raise ConfigError(*found)
+        errors = [*error.errors, *_errors_of_events(document, error.errors)]
+        raise ConfigError(*errors) from None
+    if errors := _errors_of_events(document, ()):
+        raise ConfigError(*errors)
     epochs(scenario)
     return scenario
 
 
 def _errors_of_events(document: Mapping[str, Any], known: Sequence[FieldError]) -> list[FieldError]:
     """Return what is wrong with the changes of each event by itself, beside `known` errors."""
-    found: list[FieldError] = []
+    errors: list[FieldError] = []
     schedule = document.get("schedule")
     for index, event in enumerate(schedule if isinstance(schedule, list | tuple) else ()):
         changes: Any = event.get("set") if isinstance(event, Mapping) else None
@@ -124,11 +130,11 @@ def _errors_of_events(document: Mapping[str, Any], known: Sequence[FieldError]) 
         try:
             check_schedulable(changes, place)
             if known:  # else `epochs` applies one event after another
-                _validate(apply_changes(dict(document), changes))
+                _validate(apply_changes(document, changes))
         except ConfigError as error:
             new = [e for e in error.errors if e not in known]
-            found += [e if e.loc.startswith(place) else _below(place, e) for e in new]
-    return found
+            errors += [e if e.loc.startswith(place) else _below(place, e) for e in new]
+    return errors
 
 
 def _below(place: str, error: FieldError) -> FieldError:
@@ -149,7 +155,20 @@ def validate_trajectory(tables: Mapping[str, Any]) -> TrajectoryConfig:
         raise ConfigError(*field_errors(error, _Holder)) from None
 
 
-def epochs(scenario: Scenario, start: int = 0) -> list[tuple[int, Scenario]]:
+class _Same:
+    """A scenario as the key of a cache: frozen, so that the same one stays what it was."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.scenario = scenario
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Same) and self.scenario is other.scenario
+
+    def __hash__(self) -> int:
+        return id(self.scenario)
+
+
+def epochs(scenario: Scenario, start: int = 0) -> Epochs:
     """Return the parameter sets of a run: from which tick on each holds, in order of time.
 
     Parameters
@@ -164,10 +183,15 @@ def epochs(scenario: Scenario, start: int = 0) -> list[tuple[int, Scenario]]:
     ConfigError
         If an event leads to a scenario that is not valid, or two events share a tick.
     """
+    return _epochs(_Same(scenario), start) if scenario.schedule else ((start, scenario),)
+
+
+# A scenario that has been validated is prepared next; a what-if has two.
+@functools.lru_cache(maxsize=4)
+def _epochs(same: _Same, start: int) -> Epochs:
+    scenario = same.scenario
     result = [(start, scenario)]
-    if not scenario.schedule:
-        return result
-    found: list[FieldError] = []
+    errors: list[FieldError] = []
     document = scenario.model_dump(mode="json")
     order = sorted(enumerate(scenario.schedule), key=lambda item: item[1].time)
     for index, event in order:
@@ -175,7 +199,7 @@ def epochs(scenario: Scenario, start: int = 0) -> list[tuple[int, Scenario]]:
         if 0 < tick <= start:
             continue
         if tick <= result[-1][0]:
-            found.append(
+            errors.append(
                 FieldError(
                     loc=f"schedule.{index}.time",
                     message="needs a control period of its own after the start and other events",
@@ -189,33 +213,16 @@ def epochs(scenario: Scenario, start: int = 0) -> list[tuple[int, Scenario]]:
             after = apply_changes(document, event.set)
             changed = _validate(after)
         except ConfigError as error:
-            found += [_below(f"schedule.{index}.set", e) for e in error.errors]
+            errors += [_below(f"schedule.{index}.set", e) for e in error.errors]
             continue
         if changed.variants.keys() != scenario.variants.keys():
-            found.append(FieldError(f"schedule.{index}.set", "adds a variant during the run"))
+            errors.append(FieldError(f"schedule.{index}.set", "adds a variant during the run"))
             continue
         document = after
         result.append((tick, changed))
-    if found:
-        raise ConfigError(*found)
-    return result
-
-
-def _read_source(source: str | Path | Mapping[str, Any]) -> dict[str, Any]:
-    if isinstance(source, Mapping):
-        return copied(dict(source))
-    if isinstance(source, Path):
-        named = {"name": source.stem} if is_name(source.stem) else {}
-        return named | parse(source)
-    return {"name": source} | read("scenarios", source, loc="scenario")
-
-
-def _with_defaults(document: dict[str, Any]) -> dict[str, Any]:
-    """Return tables with every default filled in, so that a change can reach inside of one."""
-    try:
-        return Scenario.model_validate(document).model_dump(mode="json")
-    except ValidationError:
-        return document  # the changes may yet make it valid
+    if errors:
+        raise ConfigError(*errors)
+    return tuple(result)
 
 
 def _validate(document: Mapping[str, Any]) -> Scenario:

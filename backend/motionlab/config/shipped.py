@@ -135,21 +135,13 @@ def read(kind: Kind, name: str, *, loc: str) -> dict[str, Any]:
                 + (", ..." if len(known) > _LISTED_MAX else ""),
             )
         )
-    tables = copied(_parsed(path, path.stat().st_mtime_ns))
-    tables.pop(ORIGIN, None)
-    return tables
+    tables = _parsed(path, path.stat().st_mtime_ns)
+    return {key: value for key, value in tables.items() if key != ORIGIN}
 
 
 @functools.lru_cache(maxsize=64)
 def _parsed(path: Path, _changed: int) -> dict[str, Any]:
     return parse(path, loc=f"{path.parent.name}/{path.name}")
-
-
-def copied(value: Any) -> Any:
-    """Return a copy of tables and lists; quicker than `copy.deepcopy`, which looks for cycles."""
-    if isinstance(value, dict):
-        return {key: copied(item) for key, item in value.items()}
-    return [copied(item) for item in value] if isinstance(value, list) else value
 
 
 def parse(path: Path, *, loc: str = "", size_max: int = FILE_MAX) -> dict[str, Any]:

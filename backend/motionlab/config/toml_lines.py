@@ -2,58 +2,41 @@
 
 from __future__ import annotations
 
-import contextlib
 import re
 import tomllib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from motionlab.config.bounds import FILE_MAX, TOKEN
-from motionlab.errors import ConfigError, FieldError
+from motionlab.errors import FieldError
 
 _TOKEN = re.compile(TOKEN.pattern + r"""|[^\s\[\]{}.,="'\#]+""", re.DOTALL)
 _NOWHERE = 1 << 30  # line of what the file does not hold, behind all others
 
 
-@contextlib.contextmanager
-def located(path: Path, *, prefix: str = "", elsewhere: Iterable[str] = ()) -> Iterator[None]:
-    """Name a file and its lines in the errors of what it holds, and put them in its order.
+def placed(
+    errors: Sequence[FieldError], path: Path, elsewhere: Iterable[str]
+) -> Sequence[FieldError]:
+    """Return the errors of a scenario's file with its name and their lines, in its order.
 
-    Parameters
-    ----------
-    path : Path
-        A TOML file.
-    prefix : str
-        Path of the file's tables in those of the errors, such as ``trajectory``.
-    elsewhere : iterable of str
-        Dotted paths whose values are not the file's, such as those of ``--set``.
+    Values of the dotted paths `elsewhere`, such as those of ``--set``, are not the file's.
     """
-    try:
-        yield
-    except ConfigError as error:
-        raise ConfigError(*_placed(error.errors, path, prefix, tuple(elsewhere))) from None
-
-
-def _placed(
-    errors: Iterable[FieldError], path: Path, prefix: str, elsewhere: tuple[str, ...]
-) -> list[FieldError]:
     try:
         lines = lines_of(path.read_bytes()[:FILE_MAX].decode("utf-8-sig"))
     except (OSError, ValueError):
-        return list(errors)  # which say so
-    placed = []
+        return errors  # which say so
+    results = []
     for error in errors:
         place, line = "", _NOWHERE
         outside = error.loc == str(path) or any(
             _inside(error.loc, each.removesuffix(".base")) for each in elsewhere
         )
         if not outside:
-            loc = "base" if error.loc == "scenario" else error.loc.removeprefix(f"{prefix}.")
-            line = _line(loc, lines)
+            line = _line("base" if error.loc == "scenario" else error.loc, lines)
             place = str(path) if line == _NOWHERE else f"{path}:{line}"
-        placed.append((line, replace(error, place=place)))
-    return [error for _, error in sorted(placed, key=lambda each: each[0])]
+        results.append((line, replace(error, place=place)))
+    return [error for _, error in sorted(results, key=lambda each: each[0])]
 
 
 def _inside(loc: str, path: str) -> bool:

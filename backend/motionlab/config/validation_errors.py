@@ -7,7 +7,7 @@ import types
 import typing
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeGuard, TypeVar
 
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
@@ -264,7 +264,7 @@ def _table_in_words(value: Any, path: list[str], info: FieldInfo | None) -> tupl
     return f"must be a table{hint}", f"a table of {', '.join(fields)}" if listed else ""
 
 
-def _is_table(annotation: Any) -> bool:
+def _is_table(annotation: Any) -> TypeGuard[type[BaseModel]]:
     return isinstance(annotation, type) and issubclass(annotation, BaseModel)
 
 
@@ -333,20 +333,19 @@ def _walk(loc: tuple[int | str, ...], model: type[BaseModel]) -> _Walked:
             if tagged:
                 at = tagged[0]
                 continue
-            models = [m for m in found if isinstance(m, type) and issubclass(m, BaseModel)]
+            models = [m for m in found if _is_table(m)]
             if not models:
                 union = [typing.get_origin(strip(m)) or strip(m) for m in found]
             found = models or found
         at = found[0]
         path.append(str(step))
-        if isinstance(at, type) and issubclass(at, BaseModel):
+        if _is_table(at):
             named = {known.alias or name: known for name, known in at.model_fields.items()}
             siblings = list(named)
             info = named.get(str(step))
             at = info.annotation if info is not None else Any
         else:
-            arguments = typing.get_args(at)
-            at = next((a for a in reversed(arguments) if a is not ...), Any)
+            at = item_of(at)
             unit = unit_of_field(info)
             info = FieldInfo.from_annotation(at)
             info.json_schema_extra = {"unit": unit}  # a list has the unit of its items
@@ -372,6 +371,21 @@ def members(annotation: Any) -> list[Any]:
             if member is not types.NoneType
         ]
     return [annotation]
+
+
+def model_of(annotation: Any, tables: Any) -> type[BaseModel] | None:
+    """Return the model of some tables: of several, that of their kind, by default the first."""
+    models = [each for each in members(annotation) if _is_table(each)]
+    if len(models) > 1:
+        kind = tables.get("kind") if isinstance(tables, Mapping) else getattr(tables, "kind", None)
+        models = [each for each in models if kind is None or _tag(each) == kind]
+    return models[0] if models else None
+
+
+def item_of(annotation: Any) -> Any:
+    """Return the type of the items of a list, or of the values of a mapping."""
+    arguments = typing.get_args(strip(annotation))
+    return next((each for each in reversed(arguments) if each is not ...), Any)
 
 
 def _tag(model: Any) -> Any:

@@ -211,7 +211,7 @@ class _Player:
         tick = self.simulation.tick
         try:
             after, _ = changed(self.simulation.scenario, event.set, tick)
-            self._made = ready(tuple(epochs(after, tick)))
+            self._made = ready(epochs(after, tick))
         except ConfigError as error:
             raise NotReplayable(
                 f"the change at tick {event.tick} is no longer valid: {error}"

@@ -115,7 +115,7 @@ def trajectory(
     config = validate_trajectory(_table(motion))
     changes = {"trajectory": config.model_dump(mode="json"), **changes_of(set)}
     follows = planned(load_scenario(readable(scenario), changes))
-    return Trajectory(follows.trajectory, limit_sets(epochs(follows)))  # pyright: ignore[reportArgumentType]
+    return Trajectory(follows.trajectory, limit_sets(epochs(follows)))
 
 
 def _of_csv(path: Path) -> dict[str, Any]:

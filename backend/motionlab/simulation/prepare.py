@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from motionlab.config.controller import ModelConfig, SharingConfig
 from motionlab.config.drawn_path import DrawnPath
-from motionlab.config.load import epochs
+from motionlab.config.load import Epochs, epochs
 from motionlab.config.planar import AXES
 from motionlab.config.planned_motor import PlannedMotor
 from motionlab.config.plant import PlantConfig
@@ -32,7 +32,6 @@ from motionlab.trajectories.motion_limits import MotionLimits, Span
 from motionlab.trajectories.reference import Reference, sample
 
 Array = NDArray[np.float64]
-Epochs = tuple[tuple[int, Scenario], ...]
 _Digests = tuple[str, ...]
 
 watch_compilation()
@@ -118,7 +117,7 @@ def prepare(scenario: Scenario, *, checked: bool = False) -> Prepared:
     """
     scenario = planned(scenario)
     reference = _sampled(scenario.trajectory)
-    changes = tuple(epochs(scenario))
+    changes = epochs(scenario)
     if not checked:
         _check_feasibility(scenario.trajectory, changes)
         _refuse_times_outside(scenario, changes, reference.ticks)

@@ -9,7 +9,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from motionlab.config.changes import check_schedulable
-from motionlab.config.load import epochs, load_scenario
+from motionlab.config.includes import resolve
+from motionlab.config.load import epochs, load_scenario, read_source
+from motionlab.config.scenario import Scenario
 from motionlab.config.timing import to_ticks
 from motionlab.errors import ConfigError, FieldError
 from motionlab.kernel.force_maps import map_digests
@@ -81,12 +83,13 @@ def run_changed(
     work_max = extent.work_max
     tick, stop = _stretch(changed, extent)
     exact = extent.exact and changed.work <= work_max
-    unchanged = load_scenario(source)
-    kept = not needs_plan(unchanged.trajectory)
-    if not exact and stop > SOON and tick > 0 and kept and _fits_a_running_session(changes):
-        maps = map_digests(epochs(unchanged))
-        variants, stored = _state(json.dumps(source), tick, maps)
-        if stored is not None and variants == list(changed.scenario.variants):
+    if not exact and stop > SOON and tick > 0 and _fits_a_running_session(changes):
+        tables = json.dumps(resolve(read_source(source)))
+        unchanged = _unchanged(tables)
+        stored = None
+        if list(unchanged.variants) == list(changed.scenario.variants):
+            stored = _state(tables, tick, map_digests(epochs(unchanged)))
+        if stored is not None:
             return run(changed, start=stored, stop=stop)
     if changed.work > work_max:
         raise ConfigError(
@@ -129,13 +132,20 @@ def _fits_a_running_session(changes: Mapping[str, Any]) -> bool:
 
 
 @functools.lru_cache(maxsize=4)
-def _state(source: str, tick: int, _maps: tuple[str, ...]) -> tuple[list[str], Snapshot | None]:
-    """Return the variants of a scenario, given as JSON, and its state unless one has diverged."""
-    prepared = prepare(load_scenario(json.loads(source)))
-    variants = list(prepared.scenario.variants)
-    simulation = Simulation(prepared)
-    page = sample_page(len(variants))
+def _unchanged(tables: str) -> Scenario:
+    """Return the scenario of resolved tables, given as JSON."""
+    return load_scenario(json.loads(tables))
+
+
+@functools.lru_cache(maxsize=4)
+def _state(tables: str, tick: int, _maps: tuple[str, ...]) -> Snapshot | None:
+    """Return the state of a scenario; None if it has to be planned first or a variant diverges."""
+    scenario = _unchanged(tables)
+    if needs_plan(scenario.trajectory):
+        return None
+    simulation = Simulation(prepare(scenario))
+    page = sample_page(len(scenario.variants))
     while simulation.advance(page[:, : tick - simulation.tick]):
         pass
     failed = any(tick is not None for tick in simulation.failed_ticks)
-    return variants, None if failed else simulation.snapshot()
+    return None if failed else simulation.snapshot()

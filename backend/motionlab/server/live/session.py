@@ -382,7 +382,7 @@ class Session:
         scenario, kept = self._changes.replayed()
         simulation = self._machine()
         if scenario is not self.prepared.scenario:
-            simulation.adopt(ready(tuple(epochs(scenario))))
+            simulation.adopt(ready(epochs(scenario)))
         return simulation, kept
 
     def _machine(self) -> Machine:
@@ -409,7 +409,7 @@ class Session:
     async def _change(self, changes: Mapping[str, Any]) -> int:
         def prepared(scenario: Scenario, tick: int) -> tuple[Change, list[Any]]:
             after, change = changed(scenario, changes, tick)
-            return change, ready(tuple(epochs(after, tick)))
+            return change, ready(epochs(after, tick))
 
         async with self._lock.claimed():  # parameters and the tick at which they hold
             scenario, checked = self.simulation.scenario, self.tick

@@ -12,7 +12,7 @@ from pydantic import BaseModel, Field
 from starlette.convertors import StringConvertor, register_url_convertor
 
 from motionlab.config.drawn_path import DrawnPath
-from motionlab.config.load import epochs, load_scenario, validate_trajectory
+from motionlab.config.load import Epochs, epochs, load_scenario, validate_trajectory
 from motionlab.config.shipped import config_root, data_root, names, read
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.errors import Shipped
@@ -28,7 +28,7 @@ from motionlab.server.routes.simulate import ChangedScenario
 from motionlab.server.worker_answers import ComputedResponse, called, computed
 from motionlab.server.workers.worker import Call
 from motionlab.simulation.loop_check import Loops, run_loops
-from motionlab.simulation.prepare import Epochs, limit_sets, needs_plan, planned_for
+from motionlab.simulation.prepare import limit_sets, needs_plan, planned_for
 from motionlab.trajectories.corners import drawn
 from motionlab.trajectories.retiming import slow_down
 from motionlab.trajectories.spline import outline
@@ -395,7 +395,7 @@ def _limits(body: SlowRequest) -> LimitSets:
 @functools.lru_cache(maxsize=16)
 def _epochs_of(scenario_and_changes: str) -> Epochs:
     scenario, changes = json.loads(scenario_and_changes)
-    return tuple(epochs(load_scenario(scenario, changes)))
+    return epochs(load_scenario(scenario, changes))
 
 
 @functools.lru_cache(maxsize=16)

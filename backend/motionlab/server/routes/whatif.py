@@ -12,7 +12,6 @@ from fastapi import APIRouter, Body, Request, Response
 from numpy.typing import NDArray
 from pydantic import Field
 
-from motionlab.config.load import epochs
 from motionlab.config.planar import AXES
 from motionlab.config.quantity import Whole
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
@@ -187,8 +186,10 @@ def _answer(call: Call, body: WhatIfRequest, bounds: Settings) -> bytes:
             )
         )
     call.hold(_COPIES * curves)
-    key = (prepared.scenario.model_dump_json(), map_digests(epochs(prepared.scenario)))
-    run = _LAST.get(key, body.columns) if body.exact else None
+    key, run = (), None
+    if body.exact:
+        key = (prepared.scenario.model_dump_json(), map_digests(prepared.epochs))
+        run = _LAST.get(key, body.columns)
     if run is None:
         extent = Extent(body.exact, bounds.direct_work_max, (start, stop))
         run = _computed(call, body, prepared, math, extent)
