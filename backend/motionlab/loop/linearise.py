@@ -14,6 +14,7 @@ left out.
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 from typing import NamedTuple, cast
@@ -27,7 +28,7 @@ from motionlab.control.compensation import PUBLISHED, REVERSED
 from motionlab.errors import ConfigError, FieldError
 from motionlab.force_sharing.functions import LEAST_NORM
 from motionlab.kernel.build import lane
-from motionlab.kernel.force_maps import check_maps, force_gain
+from motionlab.kernel.force_maps import check_maps, force_gain, map_digests
 from motionlab.kernel.layout import (
     INPUT_ROWS,
     STATE_ROWS,
@@ -156,6 +157,24 @@ def linearise(scenario: Scenario, variant: str, axis: str, *, v: float) -> Loop:
         If a force map is not there, or its currents do not reach far enough.
     """
     return _loop(parameters(scenario, variant, axis), v)
+
+
+@TABLES.lease()
+def is_stable(scenario: Scenario, variant: str, axis: str, *, v: float) -> bool:
+    """Return whether the loop of `linearise` is stable; a slider moves one loop, the others stay.
+
+    Raises
+    ------
+    ConfigError
+        As `linearise`.
+    """
+    maps = map_digests([(0, scenario)])
+    return _stable(parameters(scenario, variant, axis), v, (variant, axis, *maps))
+
+
+@functools.lru_cache(maxsize=64)
+def _stable(par: Parameters, v: float, _maps: tuple[str, ...]) -> bool:
+    return _loop(par, v).stable
 
 
 @TABLES.lease()

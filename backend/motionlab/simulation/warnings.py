@@ -7,7 +7,7 @@ from typing import Any
 
 from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError
-from motionlab.loop.linearise import SLIDING, linearise
+from motionlab.loop.linearise import SLIDING, is_stable
 
 _SATURATED = 0.05
 """Share of the time at a limit that is worth a word; friction reversals reach a limit at times."""
@@ -43,9 +43,7 @@ def _instability(scenario: Scenario, name: str, axis: str) -> list[str]:
     v_s = getattr(scenario.plant, axis).friction.v_s
     speeds = {"while it slides": SLIDING * v_s, "at standstill": 0.0}
     try:
-        where = [
-            words for words, v in speeds.items() if not linearise(scenario, name, axis, v=v).stable
-        ]
+        where = [words for words, v in speeds.items() if not is_stable(scenario, name, axis, v=v)]
     except ConfigError:  # the law has no linearisation, or its map no gain at this force
         return []
     return [f"its linearised loop is unstable {' and '.join(where)}"] if where else []
