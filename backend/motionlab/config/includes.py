@@ -30,18 +30,12 @@ _MODEL = re.compile(r"variants\.[A-Z]\.controller\.model")
 
 
 class _Names(NamedTuple):
-    """Where names of parts lead.
-
-    Attributes
-    ----------
-    folder : Path or None
-        What paths of files are relative to; None where only names may be given.
-    errors : list of FieldError or None
-        Takes names that lead nowhere; None: the first one is raised.
-    """
+    """Where names of parts lead."""
 
     folder: Path | None = None
+    """What paths of files are relative to; None where only names may be given."""
     errors: list[FieldError] | None = None
+    """Takes names that lead nowhere; None: the first one is raised."""
 
 
 def resolve(

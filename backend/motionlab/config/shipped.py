@@ -101,24 +101,12 @@ def own_names(kind: Kind) -> list[str]:
 def read(kind: Kind, name: str, *, loc: str) -> dict[str, Any]:
     """Return a config, unresolved: a shipped one, or a motor or trajectory of one's own.
 
-    Parameters
-    ----------
-    kind : str
-        Which folder.
-    name : str
-        File name without ``.toml``.
-    loc : str
-        Field that names it, for the error.
-
-    Returns
-    -------
-    dict
-        The file's tables, unresolved.
+    The tables in it are shared and must not be changed.
 
     Raises
     ------
     ConfigError
-        If there is nothing of that name.
+        If there is nothing of that name, at `loc`.
     """
     path = config_root() / kind / f"{name}.toml"
     if kind in OWN and is_name(name) and not path.is_file():
@@ -145,21 +133,12 @@ def _parsed(path: Path, _changed: int) -> dict[str, Any]:
 
 
 def parse(path: Path, *, loc: str = "", size_max: int = FILE_MAX) -> dict[str, Any]:
-    """Return the tables of a TOML file.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    loc : str
-        What errors call it; its path when left out.
-    size_max : int
-        Largest size, bytes.
+    """Return the tables of a TOML file of at most `size_max` bytes.
 
     Raises
     ------
     ConfigError
-        If the file cannot be read, is too large or is not TOML.
+        If the file cannot be read, is too large or is not TOML, naming `loc` or its path.
     """
     loc = loc or str(path)
     try:

@@ -21,14 +21,8 @@ _CONTROLLER = ("x.k_", "y.k_", "compensation.", "feedforward", "disturbance_obse
 def template(scenario: Scenario, folder: Path) -> str:
     """Return the text of a file that is `scenario`, a shipped one, and says how to change it.
 
-    Every field is in a comment with its value, unit and range; without its ``#`` it counts.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        What it is.
-    folder : Path
-        Where the file will be. In a checkout its first line names the schema, for editors.
+    Every field is in a comment with its value, unit and range; without its ``#`` it counts. Of a
+    file in a `folder` of a checkout the first line names the schema, for editors.
     """
     fields = list(values_of(scenario))
     lines = [
@@ -48,8 +42,7 @@ def template(scenario: Scenario, folder: Path) -> str:
         f"# base = {_toml(scenario.plant.name)}  # another motor: {', '.join(names('motors'))}",
     ]
     for axis in ("x", "y"):
-        found = _of(fields, f"plant.{axis}.", _MOTOR)
-        lines += ["", f"[plant.{axis}]", *_comments(found)]
+        lines += ["", f"[plant.{axis}]", *_comments(_of(fields, f"plant.{axis}.", _MOTOR))]
     lines += ["", "[load]", *_comments(_of(fields, "load."))]
     for letter, variant in scenario.variants.items():
         place = f"variants.{letter}.controller"
@@ -91,12 +84,12 @@ def _is_value(value: Any) -> bool:
 
 
 def _comments(fields: list[FieldValue]) -> list[str]:
-    found = []
+    comments = []
     for each in fields:
         unit = f"{each.unit}, " if each.unit else ""
         meaning = "; ".join(filter(None, (each.description, f"{unit}{each.range}".strip(", "))))
-        found.append(f"# {each.path} = {_toml(each.value)}  # {meaning}".rstrip(" #"))
-    return found
+        comments.append(f"# {each.path} = {_toml(each.value)}  # {meaning}".rstrip(" #"))
+    return comments
 
 
 def _toml(value: Any) -> str:

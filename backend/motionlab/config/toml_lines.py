@@ -55,13 +55,7 @@ def _line(loc: str, lines: dict[str, int]) -> int:
 
 
 def lines_of(text: str) -> dict[str, int]:
-    """Return the line of each table, key and item of a TOML text by its dotted path.
-
-    Parameters
-    ----------
-    text : str
-        What `tomllib` takes; of anything else the result is of no use.
-    """
+    """Return the line of each table, key and item of a valid TOML text by its dotted path."""
     reader = _Reader()
     for match in _TOKEN.finditer(f"{text}\n"):
         reader.take(match[0])
@@ -69,16 +63,10 @@ def lines_of(text: str) -> dict[str, int]:
 
 
 class _Reader:
-    """Follows the tokens of a TOML text.
-
-    Attributes
-    ----------
-    lines : dict of str to int
-        Line by dotted path, up to here.
-    """
+    """Follows the tokens of a TOML text."""
 
     def __init__(self) -> None:
-        self.lines: dict[str, int] = {}
+        self.lines: dict[str, int] = {}  # by dotted path
         self._line = 1
         self._read = self._key
         self._keys: list[str] = []

@@ -74,16 +74,7 @@ _PARTS = ("controller",)
 
 
 def checked(model: type[ModelT], fields: Mapping[str, Any], name: str) -> ModelT:
-    """Return a table of fields as a model.
-
-    Parameters
-    ----------
-    model : type
-        What is made of it.
-    fields : mapping
-        Any, also what no JSON holds.
-    name : str
-        Location of an error of the table as a whole.
+    """Return a table of fields as a model; an error of the table as a whole has `name` as location.
 
     Raises
     ------
@@ -94,27 +85,14 @@ def checked(model: type[ModelT], fields: Mapping[str, Any], name: str) -> ModelT
         return model.model_validate(dict(fields))
     except ValidationError as error:
         # A key that is no text, half of a surrogate pair, fails the table as a whole.
-        found = (replace(e, loc=e.loc or name) for e in field_errors(error, model))
-        raise ConfigError(*found) from None
+        errors = (replace(e, loc=e.loc or name) for e in field_errors(error, model))
+        raise ConfigError(*errors) from None
     except RecursionError:
         raise ConfigError(FieldError(loc=name, message="is nested too deeply")) from None
 
 
 def field_errors(error: ValidationError, model: type[BaseModel]) -> list[FieldError]:
-    """Return every error of a validation as a `FieldError`.
-
-    Parameters
-    ----------
-    error : ValidationError
-        What pydantic found.
-    model : type
-        The model that was validated.
-
-    Returns
-    -------
-    list of FieldError
-        In pydantic's order; only the first 200 in full.
-    """
+    """Return every error of a model's validation, in pydantic's order; the first 200 in full."""
     items = _one_of_each_union([dict(item) for item in error.errors(include_url=False)], model)
     containing = {item["loc"][:end] for item in items for end in range(len(item["loc"]))}
     return [
@@ -128,13 +106,7 @@ def field_errors(error: ValidationError, model: type[BaseModel]) -> list[FieldEr
 
 
 def in_words(item: Mapping[str, Any]) -> tuple[str, str]:
-    """Return what is wrong and, where the error itself says it, what is allowed.
-
-    Parameters
-    ----------
-    item : mapping
-        An error as pydantic lists it.
-    """
+    """Return what an error of pydantic's list says is wrong, and what is allowed if it says so."""
     kind, details = item["type"], item.get("ctx", {})
     message = _MESSAGES.get(kind) or str(item["msg"]).removeprefix("Value error, ")
     allowed = ""
@@ -162,18 +134,18 @@ def _one_of_each_union(items: list[dict[str, Any]], model: type[BaseModel]) -> l
 
     The error that says most stays: text may be too long and, as any text is, no number.
     """
-    found: dict[object, dict[str, Any]] = {}
+    kept: dict[object, dict[str, Any]] = {}
     for number, item in enumerate(items):
         union = _walk(item["loc"], model).union
         if not union:
-            found[number] = item
+            kept[number] = item
             continue
         loc = item["loc"][:-1]
         if item["type"].endswith(("_type", "_from_float")):
-            found.setdefault(loc, item | {"loc": loc, "type": "union", "members": union})
-        elif found.get(loc, {"type": "union"})["type"] == "union":
-            found[loc] = item | {"loc": loc}
-    return list(found.values())
+            kept.setdefault(loc, item | {"loc": loc, "type": "union", "members": union})
+        elif kept.get(loc, {"type": "union"})["type"] == "union":
+            kept[loc] = item | {"loc": loc}
+    return list(kept.values())
 
 
 def unit_of(path: str, model: BaseModel) -> str:
@@ -293,8 +265,8 @@ def _shown(value: Any) -> Any:
 
 def _has_switch(info: FieldInfo | None) -> bool:
     """Return whether a field is a table with the field ``enabled``."""
-    found = members(info.annotation) if info is not None else []
-    return any("enabled" in getattr(member, "model_fields", {}) for member in found)
+    kinds = members(info.annotation) if info is not None else []
+    return any("enabled" in getattr(kind, "model_fields", {}) for kind in kinds)
 
 
 class _Walked(NamedTuple):
@@ -327,17 +299,17 @@ def _walk(loc: tuple[int | str, ...], model: type[BaseModel]) -> _Walked:
     at: Any = model
     for step in loc:
         at, union = strip(at), []
-        found = members(at)
-        if len(found) > 1:
-            tagged = [m for m in found if _tag(m) == step]
+        kinds = members(at)
+        if len(kinds) > 1:
+            tagged = [m for m in kinds if _tag(m) == step]
             if tagged:
                 at = tagged[0]
                 continue
-            models = [m for m in found if _is_table(m)]
+            models = [m for m in kinds if _is_table(m)]
             if not models:
-                union = [typing.get_origin(strip(m)) or strip(m) for m in found]
-            found = models or found
-        at = found[0]
+                union = [typing.get_origin(strip(m)) or strip(m) for m in kinds]
+            kinds = models or kinds
+        at = kinds[0]
         path.append(str(step))
         if _is_table(at):
             named = {known.alias or name: known for name, known in at.model_fields.items()}
@@ -401,15 +373,15 @@ def unit_of_field(info: FieldInfo | None) -> str:
 
 def bounds_of(info: FieldInfo | None) -> dict[str, float]:
     """Return the ends of a field's range, as `motionlab.errors.SIGNS` calls them."""
-    found: dict[str, Any] = {}
+    ends: dict[str, Any] = {}
     for entry in info.metadata if info is not None else ():
-        found |= {name: end for name in _ENDS if (end := getattr(entry, name, None)) is not None}
-    return ends_of(found)
+        ends |= {name: end for name in _ENDS if (end := getattr(entry, name, None)) is not None}
+    return ends_of(ends)
 
 
-def ends_of(found: Mapping[str, Any]) -> dict[str, float]:
+def ends_of(ends: Mapping[str, Any]) -> dict[str, float]:
     """Return the ends among pydantic's names of them, as `motionlab.errors.SIGNS` calls them."""
-    return {key: found[name] for name, key in _ENDS.items() if name in found}
+    return {key: ends[name] for name, key in _ENDS.items() if name in ends}
 
 
 def choices_of(info: FieldInfo | None) -> str:
