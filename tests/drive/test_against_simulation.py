@@ -13,7 +13,7 @@ from motionlab.cli import main
 from motionlab.config.load import load_scenario
 from motionlab.config.planar import AXES
 from motionlab.drive.motion import held_parameters, on_drives
-from motionlab.library.motors import find_motor
+from motionlab.library.motors import Motors
 from motionlab.simulation.prepare import prepare
 from motionlab.telemetry.recording import Recording, VariantRecord
 from tests.drive.link.lockstep import Lockstep
@@ -95,7 +95,7 @@ def test_with_the_fitted_motor_the_simulation_is_the_run(told: Told, axis: str) 
 
 
 def test_the_fitted_motor_is_saved_with_its_origin(told: Told) -> None:
-    kept = find_motor("rig-7")
+    kept = Motors().get("rig-7")
     assert kept.origin is not None
     assert kept.origin.run == told.run
     fit = kept.origin.fits["x.mass"]

@@ -16,7 +16,7 @@ from motionlab.config.shipped import config_root
 from motionlab.errors import ConfigError, StoreError
 from motionlab.force_sharing.tables import share_cells
 from motionlab.lanes.bank import Bank
-from motionlab.library.maps import map_entries
+from motionlab.library.maps import ForceMaps
 from motionlab.loop.linearise import linearise
 from motionlab.motor_design.fem.force_map import ForceMap, ForceMapDocument
 from motionlab.motor_design.kept_maps import map_names, named_map
@@ -132,7 +132,7 @@ def test_a_damaged_file_is_told(own_map: Path) -> None:
 def test_a_pipe_or_a_link_to_itself_is_no_map(own_map: Path) -> None:
     os.mkfifo(own_map.with_name("pipe.json"))
     own_map.with_name("loop.json").symlink_to(own_map.with_name("loop.json"))
-    assert [entry.name for entry in map_entries() if not entry.shipped] == ["mine"]
+    assert [entry.name for entry in ForceMaps().all() if not entry.shipped] == ["mine"]
     assert "no force map of that name" in refusal({"plant.force_map": "pipe"})
 
 
@@ -142,7 +142,7 @@ def test_absurd_numbers_in_a_file_are_told_and_harm_no_list(own_map: Path, value
     tables["coenergy"][10][10] = value
     own_map.write_text(json.dumps(tables))
     assert "coenergy must hold numbers up to 1e+09" in refusal({"plant.force_map": "mine"})
-    assert own_map.stem not in [entry.name for entry in map_entries()]
+    assert own_map.stem not in [entry.name for entry in ForceMaps().all()]
 
 
 @pytest.mark.parametrize(

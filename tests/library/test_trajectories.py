@@ -11,37 +11,59 @@ import pytest
 
 from motionlab import files
 from motionlab.config.shipped import data_root
-from motionlab.errors import ConfigError, StoreError, StoreFull
+from motionlab.errors import ConfigError, Shipped, StoreError, StoreFull, Unknown
 from motionlab.files import Summaries
 from motionlab.library import trajectories
-from motionlab.library.named_tables import SIZE_MAX
-from motionlab.library.trajectories import TrajectoryStore
+from motionlab.library.named_documents import SIZE_MAX
+from motionlab.library.trajectories import Trajectories
 
 TABLE = {"kind": "path", "points": [[0.0, 0.0], [0.01, 0.02]], "v_max": 0.1, "a_max": 1.0}
 
 
 @pytest.fixture
-def store(tmp_path):
-    return TrajectoryStore(tmp_path / "data" / "trajectories", files_max=3)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("MOTIONLAB_DATA", str(tmp_path / "data"))
+    return tmp_path / "data" / "trajectories"
+
+
+@pytest.fixture
+def store(folder):
+    return Trajectories(count_max=3)
+
+
+def own(store):
+    return [entry.name for entry in store.all() if not entry.shipped]
+
+
+def kind(name):
+    entry = Trajectories().entry(name, shipped=False)
+    return None if entry is None else entry.kind
 
 
 def test_what_is_saved_is_found_again(store):
-    assert store.names() == []
-    assert not store.has("mine")
+    assert own(store) == []
     store.write("mine", TABLE)
     store.write("another", TABLE | {"v_max": 0.2})
-    assert store.names() == ["another", "mine"]
+    assert own(store) == ["another", "mine"]
     assert store.read("mine") == TABLE
     store.write("mine", TABLE | {"v_max": 0.3})
     assert store.read("mine")["v_max"] == 0.3
-    assert store.delete("mine")
-    assert not store.delete("mine")
-    assert store.names() == ["another"]
+    store.delete("mine")
+    with pytest.raises(Unknown, match="no trajectory 'mine'"):
+        store.delete("mine")
+    assert own(store) == ["another"]
+
+
+def test_what_ships_is_read_and_not_changed(store, folder):
+    assert store.get("rhombus").shipped
+    for change in (store.delete, lambda name: store.put(name, TABLE)):
+        with pytest.raises(Shipped, match="'rhombus' ships"):
+            change("rhombus")
+    assert not folder.exists()
 
 
 @pytest.mark.parametrize("name", ["../etc", "a/b", "", "UP", "a" * 65, ".hidden", "a.b"])
 def test_a_name_is_never_a_path(store, name):
-    assert not store.has(name)
     for call in (store.read, store.delete, lambda n: store.write(n, TABLE)):
         with pytest.raises(StoreError, match="is not a name"):
             call(name)
@@ -58,7 +80,7 @@ def test_count_and_size_are_bounded(store):
     assert store.read("a")["v_max"] == 0.5
 
 
-def test_a_failed_write_leaves_what_was_there(store, monkeypatch):
+def test_a_failed_write_leaves_what_was_there(store, folder, monkeypatch):
     store.write("mine", TABLE)
 
     def full(*_):
@@ -68,13 +90,12 @@ def test_a_failed_write_leaves_what_was_there(store, monkeypatch):
     with pytest.raises(StoreFull, match="No space left"):
         store.write("mine", TABLE | {"v_max": 0.9})
     assert store.read("mine") == TABLE
-    assert [path.name for path in store._folder.iterdir()] == ["mine.toml"]
+    assert [path.name for path in folder.iterdir()] == ["mine.toml"]
 
 
-def test_a_folder_that_cannot_be_made_is_told(tmp_path):
-    (tmp_path / "data").write_text("a file")
-    store = TrajectoryStore(tmp_path / "data" / "trajectories")
-    assert store.names() == []
+def test_a_folder_that_cannot_be_made_is_told(store, folder):
+    folder.parent.write_text("a file")
+    assert own(store) == []
     with pytest.raises(StoreError, match="mine cannot be saved: Not a directory"):
         store.write("mine", TABLE)
 
@@ -97,45 +118,44 @@ def test_a_folder_that_cannot_be_written_is_told(store, monkeypatch):
 def test_the_kind_is_read_without_the_points(store, monkeypatch):
     store.write("mine", TABLE)
     monkeypatch.setattr(trajectories, "parse_text", None)
-    assert store.kind("mine") == "path"
+    assert kind("mine") == "path"
 
 
-def test_a_file_is_looked_at_once_until_it_changes(store, monkeypatch):
+def test_a_file_is_looked_at_once_until_it_changes(store, folder, monkeypatch):
     parsed = []
     parse = trajectories.parse_text
     monkeypatch.setattr(
         trajectories, "parse_text", lambda *a, **k: parsed.append(1) or parse(*a, **k)
     )
     store.write("mine", TABLE)
-    path = store._folder / "mine.toml"
-    for text, kind in (('# by hand\nkind = "line"', "line"), ("damaged", ""), ("x = 1", "")):
+    path = folder / "mine.toml"
+    for text, its_kind in (('# by hand\nkind = "line"', "line"), ("damaged", ""), ("x = 1", "")):
         path.write_text(text)
         parsed.clear()
         for _ in range(3):
-            assert store.kind("mine") == kind
+            assert kind("mine") == its_kind
         assert len(parsed) == 1
     path.unlink()
-    with pytest.raises(FileNotFoundError):
-        store.kind("mine")
+    assert kind("mine") is None
 
 
-def test_a_file_too_large_is_not_read(store):
+def test_a_file_too_large_is_not_read(store, folder):
     store.write("mine", TABLE)
-    (store._folder / "mine.toml").write_text('kind = "path"\n' + "#" * SIZE_MAX)
-    assert store.kind("mine") == ""
+    (folder / "mine.toml").write_text('kind = "path"\n' + "#" * SIZE_MAX)
+    assert kind("mine") == ""
     with pytest.raises(ConfigError, match="mine: is too large"):
         store.read("mine")
 
 
-def test_a_pipe_or_a_link_to_itself_is_no_trajectory(store):
+def test_a_pipe_or_a_link_to_itself_is_no_trajectory(store, folder):
     store.write("mine", TABLE)
-    os.mkfifo(store._folder / "pipe.toml")
-    (store._folder / "loop.toml").symlink_to(store._folder / "loop.toml")
+    os.mkfifo(folder / "pipe.toml")
+    (folder / "loop.toml").symlink_to(folder / "loop.toml")
     for name in ("pipe", "loop"):
-        with pytest.raises(FileNotFoundError):
+        with pytest.raises(Unknown):
             store.read(name)
-        with pytest.raises(OSError, match=r"not a file|symbolic links"):
-            store.kind(name)
+        assert kind(name) is None
+    assert own(store) == ["mine"]
 
 
 def test_an_index_is_bounded(tmp_path):

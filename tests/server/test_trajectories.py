@@ -13,7 +13,7 @@ import pytest
 
 from motionlab.config.load import epochs, load_scenario
 from motionlab.config.shipped import names
-from motionlab.library.trajectories import TrajectoryStore
+from motionlab.library import named_documents
 from motionlab.simulation.loop_check import run_loops
 from motionlab.simulation.prepare import limit_sets
 from motionlab.trajectories.trajectory_check import examine
@@ -195,8 +195,7 @@ def test_a_damaged_file_does_not_hide_the_others(client: httpx.Client, data: Pat
 def test_one_deleted_while_it_is_listed_is_left_out(
     client: httpx.Client, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(TrajectoryStore, "names", lambda _: ["gone"])
-    monkeypatch.setattr(TrajectoryStore, "has", lambda *_: True)
+    monkeypatch.setattr(named_documents, "own_names", lambda _: ["gone"])
     assert all(entry["shipped"] for entry in client.get(f"{API}/trajectories").json())
     assert client.get(f"{API}/trajectories/gone").status_code == 404
 

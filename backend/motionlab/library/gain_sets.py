@@ -1,69 +1,145 @@
-"""The gain sets that are kept, by name, in the index."""
+"""Gain sets: named values of controllers, with the metrics and margins that they have."""
 
 from __future__ import annotations
 
-import sqlalchemy as sa
+import time
+from typing import TYPE_CHECKING, Any
 
-from motionlab.errors import StoreFull, Unknown
-from motionlab.library.gain_set import GainSet
-from motionlab.library.index import Index
-from motionlab.library.tables import GAIN_SETS
+from pydantic import BaseModel, Field
 
-SETS_MAX = 1000
-"""Sets that may be kept."""
+from motionlab.config.changes import as_tables
+from motionlab.config.planar import AXES
+from motionlab.config.scenario import Scenario
+from motionlab.config.shipped import names
+from motionlab.errors import ConfigError, FieldError
+from motionlab.library.description import headline
+from motionlab.loop.linearise import SLIDING, NoLinearisation, linearise
+from motionlab.loop.margins import Margins, margins
+from motionlab.simulation.prepare import prepare
+from motionlab.simulation.result import document
+from motionlab.simulation.run import run
+
+if TYPE_CHECKING:
+    from motionlab.library.table_documents import TableDocuments
+
+NAME = r"^[A-Za-z0-9][A-Za-z0-9 ._,()+-]{0,59}$"
+"""Form of the name of a set."""
+
+VALUES_MAX = 500
+METRICS_MAX = 600.0
+"""Longest simulated time, summed over variants, of which metrics are computed, s."""
+
+_ALLOWED = "variants.NAME.controller.FIELD"
 
 
-def all_sets(index: Index) -> list[GainSet]:
-    """Return all sets, the newest first."""
-    query = sa.select(GAIN_SETS.c.document).order_by(GAIN_SETS.c.created.desc(), GAIN_SETS.c.name)
-    with index.begin() as connection:
-        return [GainSet(**row) for row in connection.execute(query).scalars()]
+class LoopMargins(BaseModel):
+    """Margins of the loop of one axis while it slides; null where there is no such crossing."""
+
+    gain_margin: float | None = Field(description="Factor > 1 up to the stability boundary")
+    phase_margin: float | None = Field(description="rad")
 
 
-def find_set(index: Index, name: str) -> GainSet:
-    """Return a set by its name.
+class GainSet(BaseModel):
+    """A named set of controller values."""
+
+    name: str
+    created: float = Field(description="When it was saved, seconds since 1970")
+    note: str
+    scenario: str = Field(description="Scenario that it was saved with")
+    values: dict[str, Any] = Field(description="Dotted path of the scenario to value, SI")
+    metrics: dict[str, float] = Field(
+        description="By variant, axis and metric, of that scenario; empty of one too long to run"
+    )
+    margins: dict[str, LoopMargins] = Field(
+        description="By variant and axis, such as B.x; none of a law without linearisation"
+    )
+
+
+def gain_sets() -> TableDocuments[GainSet]:
+    """Return the store of gain sets."""
+    from motionlab.library.library import library
+    from motionlab.library.table_documents import TableDocuments
+    from motionlab.library.tables import GAIN_SETS
+
+    return TableDocuments(library().index, GAIN_SETS, GainSet, "gain set")
+
+
+def measured(name: str, note: str, scenario: Scenario, values: dict[str, Any]) -> GainSet:
+    """Return a set with the metrics and margins that a scenario has with it.
+
+    Parameters
+    ----------
+    name, note : str
+        What it is called, and what else is to be said.
+    scenario : Scenario
+        With the values in effect.
+    values : dict
+        Dotted path to value; each below the controller of a variant.
 
     Raises
     ------
-    Unknown
-        If there is none.
+    ConfigError
+        If a path leads elsewhere, or the motor cannot follow the scenario.
     """
-    query = sa.select(GAIN_SETS.c.document).where(GAIN_SETS.c.name == name)
-    with index.begin() as connection:
-        row = connection.execute(query).scalar_one_or_none()
-    if row is None:
-        raise Unknown(f"no gain set {name!r}")
-    return GainSet(**row)
+    wrong = [
+        FieldError(f"values.{path}", "is no field of a controller", path, _ALLOWED)
+        for path in values
+        if not _is_of_a_controller(path)
+    ]
+    if wrong:
+        raise ConfigError(*wrong)
+    prepared = prepare(scenario)
+    metrics: dict[str, float] = {}
+    if prepared.work <= METRICS_MAX:
+        metrics = headline(document(prepared, run(prepared)))
+    return GainSet(
+        name=name,
+        created=time.time(),
+        note=note,
+        scenario=scenario.name,
+        values=values,
+        metrics=metrics,
+        margins=_margins(scenario),
+    )
 
 
-def save_set(index: Index, gain_set: GainSet) -> None:
-    """Save a set, in the place of the one of its name.
+def tables_of(gain_set: GainSet) -> dict[str, Any]:
+    """Return a set as tables of a scenario file, complete where its scenario ships."""
+    shipped = gain_set.scenario in names("scenarios")
+    return ({"base": gain_set.scenario} if shipped else {}) | as_tables(gain_set.values)
 
-    Raises
-    ------
-    StoreFull
-        If `SETS_MAX` are saved already.
+
+def _is_of_a_controller(path: str) -> bool:
+    steps = path.split(".")
+    return len(steps) > 3 and steps[0] == "variants" and steps[2] == "controller"
+
+
+def margins_at(scenario: Scenario, speed: float) -> dict[str, Margins | str]:
+    """Return the margins of each loop, by variant and axis; a text where there are none.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Motor and controllers.
+    speed : float
+        Sliding velocity, in Stribeck velocities of the axis; 0 is stuck.
     """
-    with index.begin() as connection:
-        connection.execute(sa.delete(GAIN_SETS).where(GAIN_SETS.c.name == gain_set.name))
-        count = connection.execute(sa.select(sa.func.count()).select_from(GAIN_SETS)).scalar_one()
-        if count >= SETS_MAX:
-            raise StoreFull(f"{SETS_MAX} gain sets are saved already; delete one")
-        row = {"name": gain_set.name, "created": gain_set.created}
-        connection.execute(
-            sa.insert(GAIN_SETS).values(**row, document=gain_set.model_dump(mode="json"))
-        )
+    by_loop: dict[str, Margins | str] = {}
+    for variant in scenario.variants:
+        for axis in AXES:
+            v = speed * getattr(scenario.plant, axis).friction.v_s
+            try:
+                loop = linearise(scenario, variant, axis, v=v)
+            except NoLinearisation as error:
+                by_loop[f"{variant}.{axis}"] = error.errors[0].message
+                continue
+            by_loop[f"{variant}.{axis}"] = margins(loop.open) if loop.stable else "unstable"
+    return by_loop
 
 
-def delete_set(index: Index, name: str) -> None:
-    """Delete a set.
-
-    Raises
-    ------
-    Unknown
-        If there is none.
-    """
-    with index.begin() as connection:
-        done = connection.execute(sa.delete(GAIN_SETS).where(GAIN_SETS.c.name == name))
-        if done.rowcount == 0:
-            raise Unknown(f"no gain set {name!r}")
+def _margins(scenario: Scenario) -> dict[str, LoopMargins]:
+    return {
+        name: LoopMargins(gain_margin=loop.gain_margin, phase_margin=loop.phase_margin)
+        for name, loop in margins_at(scenario, SLIDING).items()
+        if isinstance(loop, Margins)
+    }

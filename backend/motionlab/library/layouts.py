@@ -1,51 +1,43 @@
-"""The layouts that are kept, by name, in the index."""
+"""Layouts of scopes: which channels each scope shows, and how."""
 
 from __future__ import annotations
 
-import sqlalchemy as sa
+from typing import TYPE_CHECKING, Annotated
 
-from motionlab.errors import StoreFull, Unknown
-from motionlab.library.index import Index
-from motionlab.library.layout import ScopeLayout
-from motionlab.library.tables import LAYOUTS
+from pydantic import BaseModel, Field
 
-LAYOUTS_MAX = 1000
-"""Layouts that may be kept."""
+if TYPE_CHECKING:
+    from motionlab.library.table_documents import TableDocuments
 
+SCOPE = (
+    r"^[A-Za-z0-9_.%-]{1,800}!?~?(,[A-Za-z0-9_.%-]{1,800}!?~?){0,15}"
+    r"(@[0-9.]{1,8})?(=[0-9.e+-]{1,24}:[0-9.e+-]{1,24})?$"
+)
+"""Form of a scope: docs/lab.md, Layouts."""
 
-def all_layouts(index: Index) -> list[ScopeLayout]:
-    """Return all layouts by name."""
-    query = sa.select(LAYOUTS.c.name, LAYOUTS.c.scopes).order_by(LAYOUTS.c.name)
-    with index.begin() as connection:
-        rows = connection.execute(query)
-        return [ScopeLayout(name=name, scopes=scopes) for name, scopes in rows]
+Scope = Annotated[str, Field(pattern=SCOPE, max_length=4000)]
 
 
-def save_layout(index: Index, layout: ScopeLayout) -> None:
-    """Save a layout, in the place of the one of its name.
+class Scopes(BaseModel, extra="forbid"):
+    """The scopes of a layout."""
 
-    Raises
-    ------
-    StoreFull
-        If `LAYOUTS_MAX` are saved already.
-    """
-    with index.begin() as connection:
-        connection.execute(sa.delete(LAYOUTS).where(LAYOUTS.c.name == layout.name))
-        count = connection.execute(sa.select(sa.func.count()).select_from(LAYOUTS)).scalar_one()
-        if count >= LAYOUTS_MAX:
-            raise StoreFull(f"{LAYOUTS_MAX} layouts are saved already; delete one")
-        connection.execute(sa.insert(LAYOUTS).values(**layout.model_dump()))
+    scopes: list[Scope] = Field(
+        min_length=1,
+        max_length=12,
+        description="Each as its channels by comma, such as `A.x.thrust,A.x.friction`; docs/lab.md",
+    )
 
 
-def delete_layout(index: Index, name: str) -> None:
-    """Delete a layout.
+class ScopeLayout(Scopes):
+    """A layout by its name."""
 
-    Raises
-    ------
-    Unknown
-        If there is none.
-    """
-    with index.begin() as connection:
-        done = connection.execute(sa.delete(LAYOUTS).where(LAYOUTS.c.name == name))
-        if done.rowcount == 0:
-            raise Unknown(f"no layout {name!r}")
+    name: str
+
+
+def layouts() -> TableDocuments[ScopeLayout]:
+    """Return the store of layouts."""
+    from motionlab.library.library import library
+    from motionlab.library.table_documents import TableDocuments
+    from motionlab.library.tables import LAYOUTS
+
+    return TableDocuments(library().index, LAYOUTS, ScopeLayout, "layout")

@@ -1,4 +1,4 @@
-"""The list of force maps: those that ship with the project, and those that were computed."""
+"""Force maps: those that ship with the project, and those that were computed."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from motionlab.config.shipped import is_name
-from motionlab.errors import ConfigError
-from motionlab.files import Summaries, failure
+from motionlab.errors import ConfigError, Shipped
+from motionlab.files import Summaries
+from motionlab.library.named_documents import NamedDocuments, removed_file
 from motionlab.motor_design.fem.document import MapEntry, entry
 from motionlab.motor_design.fem.force_map import ForceMap
 from motionlab.motor_design.kept_maps import folders, map_file, map_in, read_map
@@ -21,50 +22,36 @@ class LibraryMap(NamedTuple):
     force_map: ForceMap
 
 
-def map_entries() -> list[MapEntry]:
-    """Return all maps that can be read, those that ship first, then by name."""
-    found: dict[str, MapEntry] = {}
-    for folder, shipped in folders():
-        for path in sorted(folder.glob("*.json")):
-            if not is_name(path.stem) or path.stem in found:
-                continue
-            with contextlib.suppress(OSError):  # deleted since this instant, or a link to itself
-                known = _ENTRIES.of(path)
-                if known is not None:
-                    found[path.stem] = known.model_copy(update={"shipped": shipped})
-    return list(found.values())
+class ForceMaps(NamedDocuments[MapEntry, LibraryMap]):
+    """Force maps by name; `motionlab.motor_design.kept_maps` keeps and bounds computed ones."""
 
+    def __init__(self) -> None:
+        super().__init__("map", "maps")
 
-def find_map(name: str) -> LibraryMap | None:
-    """Return a map by name; None without one.
+    def all(self) -> list[MapEntry]:
+        """Return the entries of all maps that can be read, those that ship first, then by name."""
+        entries: dict[str, MapEntry] = {}
+        for folder, shipped in folders():
+            for path in sorted(folder.glob("*.json")):
+                if not is_name(path.stem) or path.stem in entries:
+                    continue
+                with contextlib.suppress(OSError):  # deleted since, or a link to itself
+                    if (known := _ENTRIES.of(path)) is not None:
+                        entries[path.stem] = known.model_copy(update={"shipped": shipped})
+        return list(entries.values())
 
-    Raises
-    ------
-    ConfigError
-        If its file is damaged.
-    """
-    file = map_file(name)
-    return None if file is None else LibraryMap(file.shipped, read_map(file.path))
+    def get(self, name: str) -> LibraryMap:
+        """Return a map."""
+        file = map_file(name)
+        if file is None:
+            raise self.unknown(name)
+        return LibraryMap(file.shipped, read_map(file.path))
 
-
-def delete_computed(name: str) -> bool:
-    """Delete a computed map; return whether there was one.
-
-    Raises
-    ------
-    StoreError
-        If it cannot be deleted.
-    """
-    file = map_file(name)
-    if file is None or file.shipped:
-        return False
-    try:
-        file.path.unlink()
-    except FileNotFoundError:
-        return False
-    except OSError as error:
-        raise failure(f"{name} cannot be deleted", error) from error
-    return True
+    def _removed(self, name: str) -> bool:
+        file = map_file(name)
+        if file is not None and file.shipped:
+            raise Shipped(f"{name!r} ships with the project and cannot be deleted")
+        return file is not None and removed_file(file.path)
 
 
 def _entry(path: Path) -> MapEntry | None:

@@ -1,4 +1,4 @@
-"""A motor of one's own: its tables, and where its numbers come from."""
+"""Motors: their tables, and where the numbers of one's own come from."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from motionlab.config.includes import resolve
 from motionlab.config.plant import PlantConfig
-from motionlab.config.shipped import ORIGIN, data_root, is_name, names
+from motionlab.config.shipped import ORIGIN, is_name, names, read
 from motionlab.config.validation_errors import checked
 from motionlab.errors import ConfigError, FieldError
-from motionlab.library.named_tables import NamedTables
+from motionlab.library.named_documents import TomlDocuments
 
 _FITS_MAX = 100
 
@@ -61,9 +61,54 @@ class Motor(_Document):
     origin: MotorOrigin | None = Field(default=None, description="null of one that was typed")
 
 
-def motors() -> NamedTables:
-    """Return the motors of one's own, files in ``MOTIONLAB_DATA/motors``."""
-    return NamedTables(data_root() / "motors", "motors")
+class MotorEntry(BaseModel):
+    """One motor."""
+
+    name: str = Field(description="Name, as `plant` of a scenario takes it")
+    shipped: bool = Field(description="Whether it ships with the project and cannot be changed")
+    description: str
+
+
+class KeptMotor(MotorEntry, Motor):
+    """A motor with its numbers and where they come from."""
+
+
+class Motors(TomlDocuments[MotorEntry, KeptMotor]):
+    """Motors that ship, and motors of one's own; scenarios name them as `plant`."""
+
+    def __init__(self) -> None:
+        super().__init__("motors", "motor")
+
+    def entry(self, name: str, *, shipped: bool) -> MotorEntry:
+        """Return name and description of a motor."""
+        return MotorEntry(name=name, shipped=shipped, description=description_of(name))
+
+    def get(self, name: str) -> KeptMotor:
+        """Return a motor, every name resolved and every field given."""
+        if self.is_shipped(name):
+            return self._kept(name, Motor(plant=resolve({"plant": name})["plant"]))
+        tables = self.read(name)
+        origin = tables.pop(ORIGIN, None)
+        plant = _plant(name, tables, f"motor {name}").model_dump(mode="json")
+        fitted = None if origin is None else checked(MotorOrigin, origin, "origin")
+        return self._kept(name, Motor(plant=plant, origin=fitted))
+
+    def put(self, name: str, motor: Motor) -> KeptMotor:
+        """Save a motor, whose plant may name a ``base``, in the place of the one of its name."""
+        self.check_own(name)
+        plant = _plant(name, motor.plant, "plant").model_dump(mode="json", exclude_none=True)
+        origin = motor.model_dump(mode="json", exclude_none=True, include={ORIGIN})
+        self.write(name, {key: plant[key] for key in plant if key != "name"} | origin)
+        return self._kept(name, Motor(plant=plant, origin=motor.origin))
+
+    def _kept(self, name: str, motor: Motor) -> KeptMotor:
+        return KeptMotor(
+            name=name,
+            shipped=self.is_shipped(name),
+            description=str(motor.plant.get("description", "")),
+            plant=motor.plant,
+            origin=motor.origin,
+        )
 
 
 def check_name(name: str) -> None:
@@ -80,51 +125,13 @@ def check_name(name: str) -> None:
         raise ConfigError(FieldError("motor", "ships with the project: take another name", name))
 
 
-def save_motor(name: str, motor: Motor) -> Motor:
-    """Save a motor, in the place of the one of its name; a scenario finds it by that name.
-
-    Parameters
-    ----------
-    name : str
-        ``[a-z0-9-]{1,64}``, of no shipped motor.
-    motor : Motor
-        Its plant may name a ``base``.
-
-    Returns
-    -------
-    Motor
-        As saved: every name resolved, every field given.
-
-    Raises
-    ------
-    ConfigError
-        If the motor is not valid, or one of that name ships.
-    StoreError
-        If it cannot be written.
-    """
-    check_name(name)
-    tables = resolve({"plant": motor.plant | {"name": name}})["plant"]
-    plant = checked(PlantConfig, tables, "plant").model_dump(mode="json", exclude_none=True)
-    origin = motor.model_dump(mode="json", exclude_none=True).get(ORIGIN)
-    kept = {key: value for key, value in plant.items() if key != "name"}
-    motors().write(name, kept | ({} if origin is None else {ORIGIN: origin}))
-    return Motor(plant=plant, origin=motor.origin)
+def description_of(name: str) -> str:
+    """Return what a motor stands for; of a damaged file what is wrong with it."""
+    try:
+        return str(read("motors", name, loc="motor").get("description", ""))
+    except (ConfigError, OSError) as error:  # also one deleted since this instant
+        return f"cannot be read: {error}"
 
 
-def find_motor(name: str) -> Motor:
-    """Return a motor of one's own.
-
-    Raises
-    ------
-    FileNotFoundError
-        If there is none of that name.
-    ConfigError
-        If its file is damaged.
-    """
-    tables = motors().read(name)
-    origin = tables.pop(ORIGIN, None)
-    tables = resolve({"plant": tables | {"name": name}})["plant"]
-    plant = checked(PlantConfig, tables, f"motor {name}").model_dump(mode="json")
-    return Motor(
-        plant=plant, origin=None if origin is None else checked(MotorOrigin, origin, "origin")
-    )
+def _plant(name: str, tables: dict[str, Any], loc: str) -> PlantConfig:
+    return checked(PlantConfig, resolve({"plant": tables | {"name": name}})["plant"], loc)

@@ -1,4 +1,4 @@
-"""Named trajectories as TOML files in one folder."""
+"""Trajectories: those that ship, and those of one's own."""
 
 from __future__ import annotations
 
@@ -6,58 +6,66 @@ import re
 from pathlib import Path
 from typing import Any
 
+from pydantic import BaseModel, Field
+
 from motionlab.config.bounds import FILE_MAX
-from motionlab.config.shipped import data_root, names, parse_text, read
+from motionlab.config.load import validate_trajectory
+from motionlab.config.shipped import parse_text, read
+from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.errors import ConfigError, FieldError
 from motionlab.files import Summaries, opened
-from motionlab.library.named_tables import FILES_MAX, SIZE_MAX, NamedTables
+from motionlab.library.named_documents import COUNT_MAX, SIZE_MAX, TomlDocuments
 
 _HEAD = 4096  # bytes: what is saved begins with its kind
 _KIND = re.compile(r"kind *= *[\"']([a-z-]*)[\"']")
 
 
-def kind_in(path: Path) -> str:
-    """Return the kind of motion of a trajectory's file; empty where the file does not say."""
-    if path.stat().st_size > SIZE_MAX:
-        return ""
-    with opened(path) as file:
-        text = file.read(SIZE_MAX + 1)
-    found = _KIND.match(text[:_HEAD].decode("utf-8", "replace"))
-    if found:
-        return found[1]
-    try:
-        return str(parse_text(text, loc=path.stem, size_max=SIZE_MAX).get("kind", ""))
-    except ConfigError:
-        return ""
+class TrajectoryEntry(BaseModel):
+    """One trajectory that is kept."""
+
+    name: str = Field(description="Name")
+    shipped: bool = Field(description="Whether it ships with the project and cannot be changed")
+    kind: str = Field(description="Kind of motion; empty where the file does not say")
 
 
-KINDS = Summaries(kind_in, most=2 * FILES_MAX)
-"""Kinds of motion, by file."""
+class KeptTrajectory(TrajectoryEntry):
+    """A trajectory with its numbers."""
+
+    trajectory: dict[str, Any] = Field(description="As a scenario takes it, every field given")
 
 
-class TrajectoryStore(NamedTables):
-    """Trajectories by name.
+class Trajectories(TomlDocuments[TrajectoryEntry, KeptTrajectory]):
+    """Trajectories that ship, and trajectories of one's own."""
 
-    Parameters
-    ----------
-    folder : Path
-        Made when the first trajectory is saved.
-    files_max : int
-        How many there may be.
-    """
+    def __init__(self, count_max: int = COUNT_MAX) -> None:
+        super().__init__("trajectories", "trajectory", count_max)
 
-    def __init__(self, folder: Path, *, files_max: int = FILES_MAX) -> None:
-        super().__init__(folder, "trajectories", files_max=files_max)
+    def entry(self, name: str, *, shipped: bool) -> TrajectoryEntry | None:
+        """Return name and kind of a trajectory; None of one that is gone or unreadable."""
+        try:
+            kind = _KINDS.of(self.path(name))
+        except OSError:
+            return None
+        return TrajectoryEntry(name=name, shipped=shipped, kind=kind)
 
-    def kind(self, name: str) -> str:
-        """Return the kind of motion saved under a name; empty where the file does not say.
+    def get(self, name: str) -> KeptTrajectory:
+        """Return a trajectory, every field given."""
+        return self._kept(name, validate_trajectory(self.read(name)))
 
-        Raises
-        ------
-        FileNotFoundError
-            If nothing is saved under the name, perhaps since this instant.
-        """
-        return KINDS.of(self.path(name))
+    def put(self, name: str, table: dict[str, Any]) -> KeptTrajectory:
+        """Save a trajectory in the place of the one of its name."""
+        self.check_own(name)
+        trajectory = validate_trajectory(table)
+        self.write(name, trajectory.model_dump(mode="json", exclude_none=True))
+        return self._kept(name, trajectory)
+
+    def _kept(self, name: str, trajectory: TrajectoryConfig) -> KeptTrajectory:
+        return KeptTrajectory(
+            name=name,
+            shipped=self.is_shipped(name),
+            kind=trajectory.kind,
+            trajectory=trajectory.model_dump(mode="json"),
+        )
 
 
 def trajectory_table(source: str, loc: str) -> dict[str, Any]:
@@ -77,7 +85,22 @@ def trajectory_table(source: str, loc: str) -> dict[str, Any]:
         except OSError as error:
             text = f"cannot be read: {error.strerror}"
             raise ConfigError(FieldError(loc, text, source)) from None
-    store = TrajectoryStore(data_root() / "trajectories")
-    if source not in names("trajectories") and store.has(source):
-        return store.read(source)
     return read("trajectories", source, loc=loc)
+
+
+def _kind_in(path: Path) -> str:
+    """Return the kind of motion of a trajectory's file; empty where the file does not say."""
+    if path.stat().st_size > SIZE_MAX:
+        return ""
+    with opened(path) as file:
+        text = file.read(SIZE_MAX + 1)
+    kind = _KIND.match(text[:_HEAD].decode("utf-8", "replace"))
+    if kind:
+        return kind[1]
+    try:
+        return str(parse_text(text, loc=path.stem, size_max=SIZE_MAX).get("kind", ""))
+    except ConfigError:
+        return ""
+
+
+_KINDS = Summaries(_kind_in, most=2 * COUNT_MAX)

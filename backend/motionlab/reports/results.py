@@ -10,7 +10,7 @@ from motionlab.analysis.metrics import CONTOUR_DEFINITIONS, DEFINITIONS, Definit
 from motionlab.analysis.variant_comparison import RATIOS
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
-from motionlab.library.gain_set import margins_at
+from motionlab.library.gain_sets import margins_at
 from motionlab.library.run import RunDetail
 from motionlab.loop.linearise import SLIDING
 from motionlab.loop.margins import MEANINGS, Margins

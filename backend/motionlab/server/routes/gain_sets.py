@@ -9,13 +9,13 @@ from fastapi import APIRouter, Body, Path, Request, Response
 from pydantic import Field
 
 from motionlab.config.load import load_scenario
-from motionlab.library.gain_set import NAME, VALUES_MAX, GainSet, measured, tables_of
-from motionlab.library.library import library
+from motionlab.library.gain_sets import NAME, VALUES_MAX, GainSet, gain_sets, measured, tables_of
 from motionlab.server.http.openapi_input import Paths, examples
 from motionlab.server.http.problems import responses
 from motionlab.server.http.strict_json import JsonRoute
+from motionlab.server.routes.named_documents import DocumentRoutes
 from motionlab.server.routes.simulate import ChangedScenario
-from motionlab.server.worker_answers import ComputedResponse, called, computed
+from motionlab.server.worker_answers import ComputedResponse, called
 from motionlab.server.workers.pool import indexed
 from motionlab.server.workers.worker import Call
 
@@ -39,25 +39,23 @@ class GainSetRequest(ChangedScenario):
     note: str = Field(default="", max_length=2000)
 
 
-@router.get(
-    "", operation_id="listGainSets", response_model=list[GainSet], responses=responses(429, 503)
-)
-async def list_gain_sets(request: Request) -> Response:
-    """Return all gain sets, the newest first."""
-    return await computed(request, _listed, light=True)
+@indexed
+def _saved(name: str, body: GainSetRequest) -> GainSet:
+    scenario = load_scenario(body.scenario, {**body.set, **body.values})
+    return gain_sets().put(measured(name, body.note, scenario, body.values))
 
 
-@router.put(
-    "/{name}",
-    operation_id="putGainSet",
-    response_model=GainSet,
-    responses=responses(400, 413, 415, 422, 429, 503, 507),
+indexed(gain_sets)
+routes = DocumentRoutes(router, gain_sets, ("GainSet", "GainSets"), SetName, in_worker=True)
+routes.list(GainSet, "Return all gain sets, the newest first.")
+routes.put(
+    Annotated[GainSetRequest, Body()],
+    GainSet,
+    "Save values of controllers under a name, with the metrics and margins that they have.",
+    save=_saved,
+    light=False,
 )
-async def put_gain_set(
-    request: Request, name: SetName, body: Annotated[GainSetRequest, Body()]
-) -> Response:
-    """Save values of controllers under a name, with the metrics and margins that they have."""
-    return await computed(request, _saved, name, body)
+routes.delete("Delete a gain set.")
 
 
 @router.get(
@@ -79,44 +77,6 @@ async def get_gain_set_file(request: Request, name: SetName) -> Response:
     return ComputedResponse(answer, headers=headers, media_type="text/plain; charset=utf-8")
 
 
-@router.delete(
-    "/{name}",
-    operation_id="deleteGainSet",
-    status_code=204,
-    responses=responses(404, 422, 429, 503),
-)
-async def delete_gain_set(request: Request, name: SetName) -> Response:
-    """Delete a gain set."""
-    (await called(request, _deleted, name, light=True)).close()
-    return Response(status_code=204)
-
-
-@indexed
-def _listed() -> list[GainSet]:
-    from motionlab.library.gain_sets import all_sets
-
-    return all_sets(library().index)
-
-
-@indexed
-def _saved(name: str, body: GainSetRequest) -> GainSet:
-    from motionlab.library.gain_sets import save_set
-
-    scenario = load_scenario(body.scenario, {**body.set, **body.values})
-    found = measured(name, body.note, scenario, body.values)
-    save_set(library().index, found)
-    return found
-
-
 @indexed
 def _as_toml(_: Call, name: str) -> bytes:
-    from motionlab.library.gain_sets import find_set
-
-    return tomli_w.dumps(tables_of(find_set(library().index, name))).encode()
-
-
-@indexed
-def _deleted(_: Call, name: str) -> None:
-    from motionlab.library.gain_sets import delete_set
-
-    delete_set(library().index, name)
+    return tomli_w.dumps(tables_of(gain_sets().get(name))).encode()

@@ -8,17 +8,18 @@ from fastapi import APIRouter, Body, HTTPException, Path, Query, Request, Respon
 from starlette.convertors import StringConvertor, register_url_convertor
 
 from motionlab.config.validation_errors import checked
-from motionlab.errors import ConfigError, Shipped
-from motionlab.library.maps import LibraryMap, delete_computed, find_map, map_entries
+from motionlab.errors import ConfigError
+from motionlab.library.maps import ForceMaps
 from motionlab.motor_design.fem.compute import compute
 from motionlab.motor_design.fem.document import MapEntry, MapTables, tables
 from motionlab.motor_design.fem.force_map import ForceMapDocument, PresetName
 from motionlab.motor_design.fem.geometry import Geometry
 from motionlab.motor_design.fem.picture import FieldPicture, FieldRequest, picture
-from motionlab.motor_design.kept_maps import map_file, map_names
+from motionlab.motor_design.kept_maps import map_names
 from motionlab.server.http.openapi_input import DescribedTable
 from motionlab.server.http.problems import responses
 from motionlab.server.http.strict_json import JsonRoute
+from motionlab.server.routes.named_documents import DocumentRoutes
 from motionlab.server.settings import Settings
 from motionlab.server.worker_answers import computed
 from motionlab.studies.maps.compute import too_many_nodes
@@ -78,15 +79,10 @@ async def map_field(
     return await computed(request, _pictured, body, request.app.state.settings.bounds)
 
 
-@router.get(
-    "",
-    operation_id="listMaps",
-    response_model=list[MapEntry],
-    responses=responses(429, 503),
+_NOUNS = ("Map", "Maps")
+DocumentRoutes(router, ForceMaps, _NOUNS, Name, in_worker=True).list(
+    MapEntry, "List the maps that ship and those that were computed."
 )
-async def list_maps(request: Request) -> Response:
-    """List the maps that ship and those that were computed."""
-    return await computed(request, map_entries, light=True)
 
 
 @router.get(
@@ -125,20 +121,7 @@ async def fit_map(request: Request, name: Name) -> Response:
     return await computed(request, _fitted, name)
 
 
-@router.delete(
-    "/{name:map}",
-    operation_id="deleteMap",
-    status_code=204,
-    responses=responses(404, 409, 422, 503),
-)
-def delete_map(name: Name) -> Response:
-    """Delete a computed map."""
-    file = map_file(name)
-    if file is not None and file.shipped:
-        raise Shipped(f"{name!r} ships with the project and cannot be deleted")
-    if not delete_computed(name):
-        raise HTTPException(404, f"no map {name!r}")
-    return Response(status_code=204)
+DocumentRoutes(router, ForceMaps, _NOUNS, Name, "/{name:map}").delete("Delete a computed map.")
 
 
 def _previewed(
@@ -158,12 +141,12 @@ def _pictured(body: dict[str, Any], bounds: Settings) -> FieldPicture:
 
 
 def _tabulated(name: str, positions: int, currents: int) -> MapTables:
-    shipped, force_map = _found(name)
+    shipped, force_map = ForceMaps().get(name)
     return tables(force_map, name=name, shipped=shipped, positions=positions, currents=currents)
 
 
 def _nodes(name: str) -> ForceMapDocument:
-    return _found(name).force_map.document
+    return ForceMaps().get(name).force_map.document
 
 
 def _check_size(geometry: Geometry, preset: PresetName, bounds: Settings) -> None:
@@ -176,10 +159,3 @@ def _fitted(name: str) -> FitDocument:
     if name not in map_names():
         raise HTTPException(404, f"no force map is called {name!r}")
     return fit(name)
-
-
-def _found(name: str) -> LibraryMap:
-    found = find_map(name)
-    if found is None:
-        raise HTTPException(404, f"no map {name!r}")
-    return found

@@ -12,9 +12,9 @@ from motionlab.config.load import load_scenario
 from motionlab.config.scenario import Scenario
 from motionlab.config.schema import scenario_schema
 from motionlab.config.shipped import Kind, names, own_motors, parse_text, read
+from motionlab.library.motors import description_of
 from motionlab.server.http.problems import responses
 from motionlab.server.http.strict_json import JsonRoute
-from motionlab.server.routes.motors import description_of
 from motionlab.server.worker_answers import computed
 
 router = APIRouter(tags=["scenarios"], route_class=JsonRoute)

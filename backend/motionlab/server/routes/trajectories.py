@@ -7,23 +7,23 @@ import json
 from collections.abc import Callable
 from typing import Annotated, Any, Literal
 
-from fastapi import APIRouter, Body, HTTPException, Path, Query, Request, Response
+from fastapi import APIRouter, Body, Path, Query, Request, Response
 from pydantic import BaseModel, Field
 from starlette.convertors import StringConvertor, register_url_convertor
 
 from motionlab.config.drawn_path import DrawnPath
 from motionlab.config.load import Epochs, epochs, load_scenario, validate_trajectory
-from motionlab.config.shipped import config_root, data_root, names, read
 from motionlab.config.trajectory import TrajectoryConfig
-from motionlab.errors import Shipped
 from motionlab.exchange.paths.reading import ReadOptions, read_trajectory
 from motionlab.exchange.paths.writing import ENDINGS, MEDIA_TYPES, write_trajectory
 from motionlab.kernel.force_maps import map_digests
-from motionlab.library.trajectories import KINDS, TrajectoryStore
+from motionlab.library import trajectories as library
+from motionlab.library.trajectories import Trajectories, TrajectoryEntry
 from motionlab.server.http.binary_answer import MEDIA_TYPE, packed
 from motionlab.server.http.openapi_input import EXAMPLE_PATH, TrajectoryTable, examples
 from motionlab.server.http.problems import responses
 from motionlab.server.http.strict_json import JsonRoute
+from motionlab.server.routes.named_documents import DocumentRoutes
 from motionlab.server.routes.simulate import ChangedScenario
 from motionlab.server.worker_answers import ComputedResponse, called, computed
 from motionlab.server.workers.worker import Call
@@ -73,15 +73,7 @@ class CheckRequest(SlowRequest):
     )
 
 
-class TrajectoryEntry(BaseModel):
-    """One trajectory that is kept."""
-
-    name: str = Field(description="Name")
-    shipped: bool = Field(description="Whether it ships with the project and cannot be changed")
-    kind: str = Field(description="Kind of motion; empty where the file does not say")
-
-
-class KeptTrajectory(TrajectoryEntry):
+class KeptTrajectory(library.KeptTrajectory):
     """A trajectory with its numbers."""
 
     trajectory: Table = Field(description="As a scenario takes it, every field given")
@@ -230,54 +222,16 @@ async def slow_trajectory(request: Request, body: Annotated[SlowRequest, Body()]
     return await computed(request, _slowed, body)
 
 
-@router.get("", operation_id="listTrajectories", responses=responses(422))
-def list_trajectories() -> list[TrajectoryEntry]:
-    """List the trajectories that ship and those that were saved."""
-    shipped = [_entry(name) for name in names("trajectories")]
-    known = {entry.name for entry in shipped}
-    store = _store()
-    saved = [_saved_entry(store, name) for name in store.names() if name not in known]
-    return shipped + [entry for entry in saved if entry is not None]
-
-
-@router.get("/{name:trajectory}", operation_id="getTrajectory", responses=responses(404, 422))
-def get_trajectory(name: Name) -> KeptTrajectory:
-    """Return a trajectory by name."""
-    shipped = name in names("trajectories")
-    try:
-        tables = read("trajectories", name, loc="name") if shipped else _store().read(name)
-    except FileNotFoundError:
-        raise HTTPException(404, f"no trajectory {name!r}") from None
-    return _kept(name, validate_trajectory(tables), shipped=shipped)
-
-
-@router.put(
-    "/{name:trajectory}",
-    operation_id="putTrajectory",
-    responses=responses(400, 409, 413, 415, 422, 503, 507),
+_NOUNS = ("Trajectory", "Trajectories")
+routes = DocumentRoutes(router, Trajectories, _NOUNS, Name, "/{name:trajectory}")
+routes.list(TrajectoryEntry, "List the trajectories that ship and those that were saved.")
+routes.get(KeptTrajectory, "Return a trajectory by name.")
+routes.put(
+    Annotated[Table, Body(examples=[EXAMPLE_PATH])],
+    KeptTrajectory,
+    "Save or replace a trajectory under a name.",
 )
-def put_trajectory(
-    name: Name, body: Annotated[Table, Body(examples=[EXAMPLE_PATH])]
-) -> KeptTrajectory:
-    """Save or replace a trajectory under a name."""
-    _refuse_shipped(name)
-    trajectory = validate_trajectory(body)
-    _store().write(name, trajectory.model_dump(mode="json", exclude_none=True))
-    return _kept(name, trajectory, shipped=False)
-
-
-@router.delete(
-    "/{name:trajectory}",
-    operation_id="deleteTrajectory",
-    status_code=204,
-    responses=responses(404, 409, 503),
-)
-def delete_trajectory(name: Name) -> Response:
-    """Delete a saved trajectory."""
-    _refuse_shipped(name)
-    if not _store().delete(name):
-        raise HTTPException(404, f"no trajectory {name!r}")
-    return Response(status_code=204)
+routes.delete("Delete a saved trajectory.")
 
 
 def warm_up() -> None:
@@ -401,30 +355,3 @@ def _epochs_of(scenario_and_changes: str) -> Epochs:
 @functools.lru_cache(maxsize=16)
 def _limits_of(scenario_and_changes: str, _maps: tuple[str, ...]) -> LimitSets:
     return limit_sets(_epochs_of(scenario_and_changes))
-
-
-def _store() -> TrajectoryStore:
-    return TrajectoryStore(data_root() / "trajectories")
-
-
-def _refuse_shipped(name: str) -> None:
-    if name in names("trajectories"):
-        raise Shipped(f"{name!r} ships with the project and cannot be changed")
-
-
-def _entry(name: str) -> TrajectoryEntry:
-    kind = KINDS.of(config_root() / "trajectories" / f"{name}.toml")
-    return TrajectoryEntry(name=name, shipped=True, kind=kind)
-
-
-def _saved_entry(store: TrajectoryStore, name: str) -> TrajectoryEntry | None:
-    """Return a saved trajectory's entry, with its error if it cannot be opened."""
-    try:
-        return TrajectoryEntry(name=name, shipped=False, kind=store.kind(name))
-    except OSError:  # deleted since it was listed, or unreadable
-        return None
-
-
-def _kept(name: str, trajectory: TrajectoryConfig, *, shipped: bool) -> KeptTrajectory:
-    tables = trajectory.model_dump(mode="json")
-    return KeptTrajectory(name=name, shipped=shipped, kind=trajectory.kind, trajectory=tables)

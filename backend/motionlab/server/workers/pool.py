@@ -31,7 +31,7 @@ _INDEXED: set[Callable[..., Any]] = set()
 
 
 def indexed(function: _F) -> _F:
-    """Mark a call that does little but read or write the index of runs."""
+    """Mark a function whose calls do little but read or write the index of runs."""
     _INDEXED.add(function)
     return function
 
@@ -112,7 +112,7 @@ class Workers:
         HTTPException
             429 if too many calls wait, 503 if it takes too long or its process ends.
         """
-        async with self._index_place(function, *arguments[:1]):
+        async with self._index_place(function, *arguments):
             return await self._run(function, *arguments, light=light, seconds=seconds)
 
     async def _run(

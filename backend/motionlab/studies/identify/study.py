@@ -179,12 +179,12 @@ class IdentifyStudy(Study):
         super().after(found, options)
         if options.motor is None:
             return
-        from motionlab.library.motors import save_motor
+        from motionlab.library.motors import Motors
 
         if found.motor is None:
             message = "there is none to save: it is fitted to a drive's run or to a measurement"
             raise ConfigError(FieldError("--motor", message, options.motor))
-        save_motor(options.motor, found.motor)
+        Motors().put(options.motor, found.motor)
 
     def request_of(self, options: argparse.Namespace, changes: dict[str, Any]) -> dict[str, Any]:
         """Return the request of the options."""

@@ -1752,7 +1752,7 @@ export interface paths {
         put: operations["putLayout"];
         post?: never;
         /**
-         * Delete One
+         * Delete Layout
          * @description Delete a layout.
          */
         delete: operations["deleteLayout"];
