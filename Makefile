@@ -112,9 +112,9 @@ types: $(SETUP_STAMP) ## Write frontend/src/app/api/schema.d.ts from the OpenAPI
 
 # Pins stay as they are where they still fit; LOCK_FLAGS=--upgrade takes the newest.
 lock: $(UV) ## Resolve the dependencies of pyproject.toml into hashed locks
-	$(UV_COMPILE) pyproject.toml --group build --output-file backend/requirements.lock
-	$(UV_COMPILE) pyproject.toml --extra cluster --group build --constraints backend/requirements.lock \
-		--output-file backend/requirements-cluster.lock
+	$(UV_COMPILE) pyproject.toml --extra lab --group build --output-file backend/requirements.lock
+	$(UV_COMPILE) pyproject.toml --extra lab --extra cluster --group build \
+		--constraints backend/requirements.lock --output-file backend/requirements-cluster.lock
 	$(UV_COMPILE) --group test --group docs --constraints backend/requirements-cluster.lock \
 		--output-file backend/requirements-test.lock
 	$(UV_COMPILE) --group lint --constraints backend/requirements.lock \
@@ -123,7 +123,7 @@ lock: $(UV) ## Resolve the dependencies of pyproject.toml into hashed locks
 		--output-file backend/requirements-node.lock
 	$(UV_COMPILE) --group uv --output-file backend/requirements-uv.lock
 	$(subst --universal,--resolution lowest-direct,$(UV_COMPILE)) pyproject.toml \
-		--extra control --extra gym --extra notebook --group build --group lowest \
+		--extra lab --extra control --extra gym --extra notebook --group build --group lowest \
 		--output-file backend/requirements-lowest.lock
 
 $(VENV_STAMP): $(if $(VENV_RUNS),,FORCE)

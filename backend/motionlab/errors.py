@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import json
 import reprlib
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -274,3 +276,50 @@ class NotReplayable(StoreError):
 
 class ExperimentFailed(MotionLabError):
     """An experiment on the motor without data to evaluate."""
+
+
+_MODULES = {
+    "lab": "alembic anyio fastapi httptools lz4 mcap prometheus_client pyarrow pydantic_settings "
+    "shtab skfem sqlalchemy starlette svgelements uvicorn uvloop viser websockets zstandard",
+    "notebook": "IPython matplotlib pandas",
+    "control": "control",
+    "gym": "gymnasium",
+    "cluster": "dask distributed",
+    "postgres": "psycopg",
+    "mdf": "asammdf",
+}
+EXTRA_OF = {module: extra for extra, modules in _MODULES.items() for module in modules.split()}
+"""Extras of pyproject.toml by the modules that they bring."""
+
+
+class NotInstalled(MotionLabError, ImportError):
+    """A module that is missing because its extra is not installed."""
+
+
+def needs(module: str) -> str:
+    """Return what a message says of a missing module: its extra, and how that is installed."""
+    extra = EXTRA_OF[module]
+    return f'needs the extra {extra}: pip install "motionlab[{extra}]"'
+
+
+@contextlib.contextmanager
+def naming_extras(caller: str) -> Iterator[None]:
+    """Name the extra that is missing, in a ``with`` block or as a decorator.
+
+    Parameters
+    ----------
+    caller : str
+        What needs it, for the message.
+
+    Raises
+    ------
+    NotInstalled
+        If a module of an extra is missing.
+    """
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        module = (error.name or "").partition(".")[0]
+        if module not in EXTRA_OF:
+            raise
+        raise NotInstalled(f"{caller} {needs(module)}") from error

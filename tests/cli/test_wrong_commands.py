@@ -204,5 +204,5 @@ def test_a_missing_matplotlib_is_told(
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     assert main(["plot", "circle", "--out", "fig.png"]) == 1
     (line,) = capsys.readouterr().err.splitlines()
-    assert "pip install matplotlib" in line
+    assert "plot circle --out fig.png needs the extra notebook: " in line
     assert not (here / "fig.png").exists()

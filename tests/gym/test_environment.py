@@ -280,5 +280,5 @@ def test_wrong_calls_are_refused():
 def test_without_gymnasium_an_import_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "gymnasium", None)
     monkeypatch.delitem(sys.modules, "motionlab.gym")
-    with pytest.raises(ImportError, match=r"pip install gymnasium"):
+    with pytest.raises(ImportError, match=r"needs the extra gym: "):
         importlib.import_module("motionlab.gym")

@@ -16,7 +16,6 @@ import pytest
 
 import motionlab
 from motionlab.config.load import load_scenario
-from motionlab.scripting import channels
 from motionlab.scripting.run import Run
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.run import run as simulate
@@ -219,11 +218,6 @@ def test_a_part_of_a_file_is_named_by_its_path(tmp_path: Path) -> None:
     stage.write_text('base = "nominal"\nx.mass = 6.5\n')
     run = motionlab.run("circle", {"plant": stage, "trajectory.laps": 1})
     assert run.scenario.plant.x.mass == 6.5
-
-
-def test_what_is_not_installed_is_named() -> None:
-    with pytest.raises(motionlab.MotionLabError, match="pip install no_such_library"):
-        channels.optional("no_such_library")
 
 
 def test_importing_the_package_imports_nothing_heavy() -> None:

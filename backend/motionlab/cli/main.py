@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import select
+import shlex
 import sys
 import time
 import traceback
@@ -14,7 +15,7 @@ from motionlab import __version__
 from motionlab.cli.exit_codes import BAD_INPUT, DONE, FAILED, INTERRUPTED
 from motionlab.cli.messages import discard, plain_stdout, say, unbreakable_stderr
 from motionlab.cli.parser import Parser, print_problem
-from motionlab.errors import ConfigError, Infeasible, MotionLabError
+from motionlab.errors import ConfigError, Infeasible, MotionLabError, naming_extras, shown
 from motionlab.executors.progress import first_use, told
 
 _MODULES = {
@@ -77,7 +78,8 @@ def _carry_out(arguments: Sequence[str] | None) -> int:
         try:
             asked = given if given not in ([], ["help"]) else ["--help"]
             options = _parser(asked).parse_args(asked)
-            with told(not hasattr(options, "quiet")), first_use():
+            command = str(shown(shlex.join(["motionlab", *asked])))
+            with told(not hasattr(options, "quiet")), first_use(), naming_extras(command):
                 code = options.command(options)
                 if hasattr(options, "verbose"):
                     say(f"took {time.perf_counter() - started:.2f} s")

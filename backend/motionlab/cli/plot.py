@@ -63,9 +63,6 @@ def add(commands: Any) -> None:
 
 def _plot(options: argparse.Namespace) -> int:
     check_output(options.out, *_SUFFIXES, overwrite=options.overwrite)
-    from motionlab.scripting.channels import optional
-
-    optional("matplotlib")
     import numpy as np
 
     from motionlab.files import complete_file

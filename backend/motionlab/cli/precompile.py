@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor
+from importlib.util import find_spec
 from typing import Any
 
 from motionlab.cli.exit_codes import DONE
@@ -59,6 +60,8 @@ def _precompile(_: argparse.Namespace) -> int:
 
 
 def _compile(module: str) -> None:
+    if module.startswith("motionlab.server.") and find_spec("fastapi") is None:
+        return  # the extra lab is not installed
     done = subprocess.run(
         [sys.executable, "-m", module],
         stdin=subprocess.DEVNULL,

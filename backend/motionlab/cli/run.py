@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import importlib
 import json
 import sys
 from typing import TYPE_CHECKING, Any
@@ -74,6 +75,12 @@ def _run(options: argparse.Namespace) -> int:
     scenario = load_scenario(source(options), parse_assignments(options.assignments))
     if options.out is not None:
         check_output(options.out, *SUFFIXES, overwrite=options.overwrite)
+        importlib.import_module("pyarrow")  # may be missing, which a long run should not end with
+    kept_runs = None
+    if options.keep:
+        from motionlab.library.library import library
+
+        kept_runs = library()
     prepared = _prepared(scenario)
     with tick_bar(prepared.reference.ticks) as progress:
         recording = run(prepared, progress)
@@ -81,12 +88,11 @@ def _run(options: argparse.Namespace) -> int:
     if options.out is not None:
         write(recording, options.out, metadata=metadata(prepared.scenario))
         wrote(options.out)
-    if options.keep:
+    if kept_runs is not None:
         from motionlab.config.shipped import data_root
         from motionlab.library.files import runs_url
-        from motionlab.library.library import library
 
-        result["run"] = library().keep(prepared, recording, result, name=options.name).id
+        result["run"] = kept_runs.keep(prepared, recording, result, name=options.name).id
         say(f"kept as {result['run']} in {runs_url(data_root())}")
     if options.json:
         print(json.dumps(result, allow_nan=False))

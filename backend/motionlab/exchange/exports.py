@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from pyarrow import csv, parquet
 
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.errors import ConfigError, FieldError, StoreError
+from motionlab.errors import ConfigError, FieldError, StoreError, needs
 from motionlab.exchange.formulas import inert, original
 from motionlab.exchange.mcap_files import Extras, identifiers, write_mcap
 from motionlab.exchange.selection import ALL, Selection
@@ -391,9 +391,8 @@ def _scenario(source: Source) -> list[tuple[str, str, bytes]]:
 
 def _check_installed(format: str) -> None:
     if format == "mf4" and find_spec("asammdf") is None:
-        message = "needs asammdf, which is not installed: pip install asammdf"
         others = ", ".join(name for name in _FILE_SHARE if name != "mf4")
-        raise ConfigError(FieldError("format", message, format, f"one of {others}"))
+        raise ConfigError(FieldError("format", needs("asammdf"), format, f"one of {others}"))
 
 
 def _write_mcap(source: Source, selection: Selection, path: Path) -> None:

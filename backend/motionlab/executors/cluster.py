@@ -23,7 +23,7 @@ from concurrent.futures import Future
 from typing import Any
 from urllib.parse import urlsplit
 
-from motionlab.errors import ConfigError, FieldError
+from motionlab.errors import ConfigError, FieldError, needs
 from motionlab.executors.code import Code, processor
 from motionlab.executors.executor import Pool, WorkerLost
 
@@ -57,8 +57,7 @@ class Cluster(Pool):
         try:
             import distributed  # noqa: PLC0415, F401 - an extra
         except ImportError:
-            message = "needs Dask: pip install distributed"
-            raise ConfigError(FieldError("scheduler", message, address)) from None
+            raise ConfigError(FieldError("scheduler", needs("distributed"), address)) from None
         if address.startswith("tls:"):
             _check_certificates()
         _silence_dask()

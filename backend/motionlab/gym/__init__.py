@@ -1,9 +1,9 @@
 """Environments for reinforcement learning; importing this registers them with gymnasium."""
 
-try:
+from motionlab.errors import naming_extras
+
+with naming_extras("motionlab.gym"):
     import gymnasium
-except ImportError:
-    raise ImportError("motionlab.gym needs gymnasium: pip install gymnasium") from None
 
 ID = "motionlab/PlanarMotor-v0"
 

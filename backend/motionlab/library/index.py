@@ -16,7 +16,7 @@ from sqlalchemy.dialects.sqlite import insert as insert_sqlite
 from sqlalchemy.exc import ArgumentError, DBAPIError
 
 from motionlab.config.bounds import check_text
-from motionlab.errors import ConfigError, FieldError, StoreError, StoreFull
+from motionlab.errors import ConfigError, FieldError, StoreError, StoreFull, needs
 from motionlab.library.index_file import back_up, check_same, identity, make_private, sqlite_file
 from motionlab.library.postgresql import Deadline, connect_arguments
 from motionlab.library.query import find
@@ -441,7 +441,7 @@ def _engine(url: str) -> sa.Engine:
     except (ArgumentError, ValueError):  # which may quote it, with its password
         raise _no_address(url) from None
     except ModuleNotFoundError:
-        raise StoreError("PostgreSQL needs psycopg: pip install 'psycopg[binary]'") from None
+        raise StoreError(f"PostgreSQL {needs('psycopg')}") from None
 
 
 @contextlib.contextmanager

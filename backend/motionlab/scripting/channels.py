@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import importlib
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -14,7 +13,7 @@ from numpy.typing import NDArray
 
 from motionlab.config.shipped import did_you_mean
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.errors import ConfigError, FieldError, MotionLabError
+from motionlab.errors import ConfigError, FieldError, naming_extras
 from motionlab.files import check_target, complete_file
 from motionlab.reports import svg_chart as chart
 from motionlab.reports.markup import Markup, element
@@ -191,6 +190,7 @@ class Channels(Mapping[str, Samples]):
     def _ipython_key_completions_(self) -> list[str]:
         return list(self.described)
 
+    @naming_extras("to_arrow")
     def to_arrow(self, *channels: str) -> pa.Table:
         """Return channels as an Arrow table, all of them if none is named.
 
@@ -208,23 +208,26 @@ class Channels(Mapping[str, Samples]):
         arrays += [pa.array(np.asarray(one), from_pandas=True) for one in found]
         return pa.Table.from_arrays(arrays, schema=schema)
 
+    @naming_extras("to_pandas")
     def to_pandas(self, *channels: str) -> pd.DataFrame:
         """Return channels as a data frame over time, s; ``attrs["units"]`` has their units.
 
         Raises
         ------
-        MotionLabError
+        NotInstalled
             If pandas is not installed.
         """
-        pandas = optional("pandas")
+        import pandas as pd
+
         found = self._chosen(channels)
-        frame = pandas.DataFrame(
+        frame = pd.DataFrame(
             {one.name: np.asarray(one) for one in found},
-            index=pandas.Index(np.asarray(self.time), name="time"),
+            index=pd.Index(np.asarray(self.time), name="time"),
         )
         frame.attrs["units"] = {one.name: one.unit for one in found}
         return frame
 
+    @naming_extras("save")
     def save(self, path: str | Path, *channels: str) -> Path:
         """Write channels to a ``.parquet`` or ``.csv`` file, all of them if none is named.
 
@@ -253,6 +256,7 @@ class Channels(Mapping[str, Samples]):
                     writer.write_table(table)
         return Path(path)
 
+    @naming_extras("plot")
     def plot(
         self,
         *channels: str,
@@ -283,10 +287,9 @@ class Channels(Mapping[str, Samples]):
         ------
         ConfigError
             If nothing is left to draw, or `ax` does not fit.
-        MotionLabError
+        NotInstalled
             If matplotlib is not installed.
         """
-        optional("matplotlib")
         from motionlab.scripting.figure import Curve, figure_of
 
         time = np.asarray(self.time)
@@ -330,22 +333,6 @@ def look_of(name: str) -> str:
         place = (ord(variant) - ord("A")) % len(chart.VARIANT_LOOKS)
         return chart.VARIANT_LOOKS[place]
     return "reference" if dot else "two"
-
-
-def optional(module: str) -> Any:
-    """Return a module that only some need.
-
-    Raises
-    ------
-    MotionLabError
-        If it is not installed.
-    """
-    try:
-        return importlib.import_module(module)
-    except ModuleNotFoundError as error:
-        if error.name != module:
-            raise
-        raise MotionLabError(f"{module} is not installed: pip install {module}") from None
 
 
 def in_notebook(*parts: object) -> str:

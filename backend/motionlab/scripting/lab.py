@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from motionlab.config.changes import with_files
 from motionlab.config.scenario import Scenario
-from motionlab.errors import ConfigError, FieldError, RunWarning
+from motionlab.errors import ConfigError, FieldError, RunWarning, naming_extras
 from motionlab.executors.progress import has_bars, is_told, share_done, told
 from motionlab.library.run import check_name
 from motionlab.scripting.run import Run
@@ -396,7 +396,8 @@ def _with_motion(value: dict[str, Any]) -> dict[str, Any]:
     motion = value if own else value.get("trajectory")
     if not (isinstance(motion, dict) and motion.get("kind") == "samples" and "run" in motion):
         return value
-    from motionlab.exchange.run_motion import motion_of_run
+    with naming_extras("the motion of a kept run"):
+        from motionlab.exchange.run_motion import motion_of_run
 
     others = {key: item for key, item in motion.items() if key != "run"}
     table = motion_of_run(str(motion["run"]), "trajectory.run") | others

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 from motionlab.config.load import load_scenario
 from motionlab.config.scenario import Scenario
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.errors import ConfigError, FieldError
+from motionlab.errors import ConfigError, FieldError, naming_extras
 from motionlab.executors.progress import first_use
 from motionlab.loop.linearise import SLIDING, StateSpace, stability_limits
 from motionlab.loop.linearise import linearise as linearised
 from motionlab.loop.margins import Margins, margins
-from motionlab.scripting.channels import optional
 from motionlab.scripting.lab import Changes, Source, changes_of, check_number, readable
 
 if TYPE_CHECKING:
@@ -77,28 +76,28 @@ class LinearLoop:
     stable_at_rest: bool
     margins_at_rest: Margins
 
+    @naming_extras("to_control")
     def to_control(self) -> ControlLoop:
         """Return the loop as systems of python-control.
 
         Raises
         ------
-        MotionLabError
+        NotInstalled
             If python-control is not installed.
         """
-        library = optional("control")
-        plant = _system(library, self.plant, "plant", "force", "position")
-        controller = _system(library, self.controller, "controller", "position", "force")
-        return ControlLoop(
-            plant,
-            controller,
-            library.series(plant, controller),
-            library.feedback(plant, controller),
-        )
+        import control
+
+        plant = _system(self.plant, "plant", "force", "position")
+        controller = _system(self.controller, "controller", "position", "force")
+        disturbance: Any = control.feedback(plant, controller)
+        return ControlLoop(plant, controller, control.series(plant, controller), disturbance)
 
 
-def _system(library: Any, system: StateSpace, name: str, enters: str, leaves: str) -> Any:
+def _system(system: StateSpace, name: str, enters: str, leaves: str) -> Any:
+    import control
+
     B, C = system.B[:, None], system.C[None, :]
-    return library.ss(
+    return control.ss(
         system.A, B, C, system.D, CONTROL_PERIOD, name=name, inputs=enters, outputs=leaves
     )
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from motionlab.config.load import load_scenario
+from motionlab.errors import naming_extras
 from motionlab.executors.executor import executing
 from motionlab.executors.progress import first_use, tick_bar
 from motionlab.scripting.lab import (
@@ -24,6 +25,7 @@ from motionlab.scripting.study_result import StudyResult
 from motionlab.studies.table import BY_KIND
 
 if TYPE_CHECKING:
+    from motionlab.library.library import Library
     from motionlab.scripting.kept import KeptRun
 
 
@@ -43,11 +45,10 @@ class Local(Lab):
         ConfigError
             If there is none.
         """
-        from motionlab.library.library import library
         from motionlab.scripting.kept import KeptRun
 
         check_words("run", run)
-        ours = library()
+        ours = _kept_runs("kept")
         detail = ours.complete(ours.named(run, "run"))
         return KeptRun(detail.model_dump(mode="json"), lambda: ours.files.open(detail.id))
 
@@ -61,12 +62,11 @@ class Local(Lab):
         limit : int
             At most so many, up to 200.
         """
-        from motionlab.library.library import library
         from motionlab.library.search import LIMIT_MAX, parse
 
         check_words("search", search)
         check_number("limit", limit, whole=True, minimum=1, maximum=LIMIT_MAX)
-        ours = library()
+        ours = _kept_runs("kept_runs")
         ours.recover()  # what a server that was killed has left
         page = ours.index.page(parse(search), limit=limit)
         return [run.model_dump(mode="json") for run in page.runs]
@@ -78,13 +78,12 @@ class Local(Lab):
         from motionlab.simulation.run import run
 
         prepared = prepare(load_scenario(readable(scenario), changes))
+        ours = _kept_runs("run(keep=True)") if keep else None
         with tick_bar(prepared.reference.ticks) as progress:
             recording = run(prepared, progress)
         found = document(prepared, recording)
-        if keep:
-            from motionlab.library.library import library
-
-            found["run"] = library().keep(prepared, recording, found, name=name).id
+        if ours is not None:
+            found["run"] = ours.keep(prepared, recording, found, name=name).id
         return Run(found, lambda: record_of(recording, prepared.scenario))
 
     @first_use()
@@ -102,9 +101,17 @@ class Local(Lab):
         source = None if scenario is None else readable(scenario)
         if scenario is not None:
             request["set"] = changes_of(set)
-        plan = study.plan(tables(present(request), kind), source)
+        with naming_extras(kind):
+            plan = study.plan(tables(present(request), kind), source)
         if study.direct:
             return StudyResult(study, study.document(study.run(plan, lambda *_: None)))
         with executing(scheduler), shown_share(kind) as progress:
             found = study.run(plan, lambda share, _partial=None: progress(share))
         return StudyResult(study, study.document(found))
+
+
+def _kept_runs(caller: str) -> Library:
+    with naming_extras(caller):
+        from motionlab.library.library import library
+
+        return library()

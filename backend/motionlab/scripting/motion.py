@@ -13,7 +13,7 @@ from motionlab.config.includes import resolve
 from motionlab.config.load import epochs, load_scenario, validate_trajectory
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.config.trajectory import TrajectoryConfig
-from motionlab.errors import ConfigError, FieldError
+from motionlab.errors import ConfigError, FieldError, naming_extras
 from motionlab.exchange.paths.reading import (
     SAMPLES_BYTES_MAX,
     ReadOptions,
@@ -90,6 +90,7 @@ class Trajectory:
 
 
 @first_use()
+@naming_extras("trajectory")
 def trajectory(
     motion: str | Path | Mapping[str, Any] | NDArray[Any],
     scenario: Source = "circle",

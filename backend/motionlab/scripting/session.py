@@ -10,13 +10,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from websockets.exceptions import ConnectionClosed, WebSocketException
-from websockets.frames import CloseCode
-from websockets.sync.client import connect
-from websockets.sync.connection import Connection
 
 from motionlab.config.timing import to_ticks
-from motionlab.errors import ConfigError, FieldError
+from motionlab.errors import ConfigError, FieldError, naming_extras
 from motionlab.scripting.channels import Channels, Kept, Record
 from motionlab.scripting.lab import check_number, plain
 from motionlab.scripting.lab_server import LabServer, ServerRefused
@@ -26,6 +22,7 @@ from motionlab.telemetry.parquet import column_descriptions
 
 if TYPE_CHECKING:
     from pyarrow import parquet
+    from websockets.sync.connection import Connection
 
 _SILENCE = 10.0
 """After which a session that sends nothing is given up, s."""
@@ -153,6 +150,11 @@ class Session:
         ServerRefused
             If there is no connection, or nothing comes for 10 s, as while it is paused.
         """
+        with naming_extras("stream"):
+            from websockets.exceptions import ConnectionClosed, WebSocketException
+            from websockets.frames import CloseCode
+            from websockets.sync.client import connect
+
         address = f"ws{self._server.address.removeprefix('http')}/api/v1{self._path}/stream"
         try:
             with connect(
@@ -279,6 +281,7 @@ def from_parquet(data: bytes) -> Channels:
     return Channels(described_in(column_descriptions(file.schema_arrow)), lambda: record_in(file))
 
 
+@naming_extras("a recording of a server")
 def parquet_of(data: bytes) -> parquet.ParquetFile:
     """Return the bytes of a Parquet file as one that can be read."""
     from pyarrow import parquet

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from pydantic import BaseModel
 
+from motionlab.errors import naming_extras
 from motionlab.files import check_target, complete_file
 from motionlab.reports.markup import element
-from motionlab.scripting.channels import in_notebook, optional
+from motionlab.scripting.channels import in_notebook
 from motionlab.studies.study import Study
 
 if TYPE_CHECKING:
@@ -66,15 +67,18 @@ class StudyResult(Generic[Document]):
             raise AttributeError(f"the document of {self.study.kind} has no rows")
         return list(_ROWS[self.study.kind](self.document))
 
+    @naming_extras("to_pandas")
     def to_pandas(self) -> pd.DataFrame:
         """Return `rows` as a data frame.
 
         Raises
         ------
-        MotionLabError
+        NotInstalled
             If pandas is not installed.
         """
-        return optional("pandas").DataFrame(self.rows())
+        import pandas as pd
+
+        return pd.DataFrame(self.rows())
 
     def save(self, path: str | Path) -> Path:
         """Write the document as ``.json``, or the file that ``--out`` of the command writes.
