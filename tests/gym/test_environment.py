@@ -22,8 +22,8 @@ from motionlab.simulation.inputs import PAGE
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.run import run
 from motionlab.simulation.simulation import Simulation, sample_page
+from motionlab.studies.montecarlo.documents import Variation
 from motionlab.studies.montecarlo.draw import draw
-from motionlab.studies.montecarlo.request import Variation
 
 IMPERFECT = {
     "plant.x.encoder.noise": 3e-8,

@@ -9,6 +9,7 @@ from typing import Any
 
 from motionlab.config.load import load_scenario
 from motionlab.config.shipped import data_root
+from motionlab.motor_design.computed_maps import computed_or_kept
 from motionlab.motor_design.design import design
 from motionlab.motor_design.document import DesignDocument
 from motionlab.motor_design.fem.force_map import ForceMap, content_hash
@@ -21,11 +22,9 @@ from motionlab.studies.identify.document import IdentificationDocument
 from motionlab.studies.identify.experiment import identify
 from motionlab.studies.identify.plan import plan
 from motionlab.studies.identify.request import IdentifyRequest
-from motionlab.studies.maps.compute import computed_or_kept
 from motionlab.studies.montecarlo.cases import plan as plan_cases
 from motionlab.studies.montecarlo.cases import run_cases
-from motionlab.studies.montecarlo.document import MonteCarloDocument
-from motionlab.studies.montecarlo.request import MonteCarloRequest
+from motionlab.studies.montecarlo.documents import MonteCarloDocument, MonteCarloRequest
 from motionlab.telemetry.recording import Recording
 
 Progress = Callable[[float], None]

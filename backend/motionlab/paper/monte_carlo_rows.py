@@ -5,7 +5,7 @@ from __future__ import annotations
 from motionlab.paper.document import RowSpread
 from motionlab.paper.experiments import Experiments
 from motionlab.paper.printed_number import PrintedNumber
-from motionlab.studies.montecarlo.document import Quantiles
+from motionlab.studies.montecarlo.documents import Quantiles
 
 _PEAK = "max_abs_following_error"
 

@@ -21,14 +21,14 @@ from motionlab.executors.progress import has_bars, is_told, share_done, told
 from motionlab.library.run import check_name
 from motionlab.scripting.run import Run
 from motionlab.scripting.study_result import StudyResult
-from motionlab.studies.sweep.request import CASES_MAX
+from motionlab.studies.sweep.documents import CASES_MAX
 
 if TYPE_CHECKING:
     from motionlab.motor_design.document import DesignDocument
     from motionlab.scripting.kept import KeptRun
     from motionlab.studies.identify.document import IdentificationDocument
-    from motionlab.studies.montecarlo.document import MonteCarloDocument
-    from motionlab.studies.sweep.document import SweepDocument
+    from motionlab.studies.montecarlo.documents import MonteCarloDocument
+    from motionlab.studies.sweep.documents import SweepDocument
     from motionlab.studies.tune.document import TuneDocument
 
 Source = str | Path | Mapping[str, Any] | Scenario

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from motionlab.studies.identify.document import IdentificationDocument
-    from motionlab.studies.montecarlo.document import MonteCarloDocument
-    from motionlab.studies.sweep.document import SweepDocument
+    from motionlab.studies.montecarlo.documents import MonteCarloDocument
+    from motionlab.studies.sweep.documents import SweepDocument
     from motionlab.studies.tune.document import TuneDocument
 
 Document = TypeVar("Document", bound=BaseModel)

@@ -5,11 +5,11 @@ from __future__ import annotations
 from motionlab.paper.study import ReproduceStudy
 from motionlab.studies.identify.study import IdentifyStudy
 from motionlab.studies.loop.study import FrequencySweepStudy
-from motionlab.studies.maps.study import MapStudy
+from motionlab.studies.maps import MapStudy
 from motionlab.studies.montecarlo.study import MonteCarloStudy
-from motionlab.studies.platform.study import PlatformStudy
+from motionlab.studies.platform import PlatformStudy
 from motionlab.studies.sharing.study import SharingStudy
-from motionlab.studies.sizing.study import SizingStudy
+from motionlab.studies.sizing import SizingStudy
 from motionlab.studies.study import Study
 from motionlab.studies.sweep.study import SweepStudy
 from motionlab.studies.tune.study import LandscapeStudy, TuneStudy

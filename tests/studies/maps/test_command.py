@@ -16,6 +16,7 @@ import pytest
 
 from motionlab.cli import main
 from motionlab.errors import ConfigError, StoreError
+from motionlab.motor_design.computed_maps import computed_or_kept
 from motionlab.motor_design.fem import compute as computing
 from motionlab.motor_design.fem.compute import compute
 from motionlab.motor_design.fem.force_map import ForceMapDocument, content_hash
@@ -23,7 +24,6 @@ from motionlab.motor_design.fem.geometry import Geometry, geometry
 from motionlab.motor_design.fem.mesh import Resolution
 from motionlab.motor_design.fem.workers import FieldTask, fields
 from motionlab.motor_design.kept_maps import MapStore, map_in
-from motionlab.studies.maps.compute import computed_or_kept
 from tests.paths import DOCS
 from tests.processes import runs, workers_of
 from tests.server.live import until
@@ -162,7 +162,7 @@ def test_a_map_is_found_by_what_it_depends_on(preview, tmp_path):
 def test_a_kept_map_is_not_computed_again(preview, tmp_path, monkeypatch):
     store = MapStore(tmp_path / "maps")
     store.keep(preview)
-    monkeypatch.setattr("motionlab.studies.maps.compute.compute", pytest.fail)
+    monkeypatch.setattr("motionlab.motor_design.computed_maps.compute", pytest.fail)
     assert computed_or_kept(store, Geometry(), "preview")[1] is True
 
 

@@ -18,10 +18,8 @@ from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document
 from motionlab.simulation.run import run
 from motionlab.studies.montecarlo.cases import plan, run_cases
-from motionlab.studies.montecarlo.document import MonteCarloDocument
+from motionlab.studies.montecarlo.documents import MonteCarloDocument, read_request, report
 from motionlab.studies.montecarlo.draw import own_value
-from motionlab.studies.montecarlo.report import report
-from motionlab.studies.montecarlo.request import read_request
 from tests.server.live import API, until
 
 SET = {"trajectory.frequency": 2.0, "trajectory.radius": 0.005}

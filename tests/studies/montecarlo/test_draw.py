@@ -10,8 +10,8 @@ import pytest
 from motionlab.config.load import load_scenario
 from motionlab.errors import ConfigError
 from motionlab.studies.montecarlo.cases import probability
+from motionlab.studies.montecarlo.documents import DEFAULT, Variation, read_request
 from motionlab.studies.montecarlo.draw import draw, missing
-from motionlab.studies.montecarlo.request import DEFAULT, Variation, read_request
 
 PLANT: dict[str, Any] = load_scenario("circle").plant.model_dump(mode="json")
 MANY = 4000

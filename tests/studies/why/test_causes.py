@@ -9,7 +9,7 @@ import pytest
 
 from motionlab.errors import ConfigError
 from motionlab.studies.why.causes import CAUSES
-from motionlab.studies.why.document import WhyDocument
+from motionlab.studies.why.documents import WhyDocument
 from motionlab.studies.why.study import WhyStudy
 
 IDEAL: dict[str, Any] = {

@@ -13,8 +13,7 @@ from motionlab.config.load import load_scenario
 from motionlab.loop.family import LoopFamily
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.run import run
-from motionlab.studies.why.document import WhyDocument
-from motionlab.studies.why.report import report
+from motionlab.studies.why.documents import WhyDocument, report
 from motionlab.studies.why.study import WhyStudy
 
 LAP = {"trajectory.laps": 1}

@@ -15,7 +15,7 @@ from motionlab.server.settings import Settings
 from motionlab.server.worker_answers import computed
 from motionlab.simulation.prepare import prepare
 from motionlab.studies.loop.accuracy import AccuracyDocument, accuracy
-from motionlab.studies.loop.response import ResponseDocument, loaded, response
+from motionlab.studies.loop.frequency_sweep import ResponseDocument, loaded, response
 from motionlab.studies.tune.request import AxisRequest
 
 router = APIRouter(tags=["simulate"], route_class=JsonRoute)

@@ -10,6 +10,7 @@ from starlette.convertors import StringConvertor, register_url_convertor
 from motionlab.config.validation_errors import checked
 from motionlab.errors import ConfigError
 from motionlab.library.maps import ForceMaps
+from motionlab.motor_design.computed_maps import too_many_nodes
 from motionlab.motor_design.fem.compute import compute
 from motionlab.motor_design.fem.document import MapEntry, MapTables, tables
 from motionlab.motor_design.fem.force_map import ForceMapDocument, PresetName
@@ -22,7 +23,6 @@ from motionlab.server.http.strict_json import JsonRoute
 from motionlab.server.routes.named_documents import DocumentRoutes
 from motionlab.server.settings import Settings
 from motionlab.server.worker_answers import computed
-from motionlab.studies.maps.compute import too_many_nodes
 from motionlab.studies.sharing.sharing import FitDocument, fit
 
 

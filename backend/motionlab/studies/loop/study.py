@@ -16,9 +16,9 @@ class FrequencySweepStudy(Study):
     operation = "sweepLoop"
     tag = "simulate"
     report_name = "FrequencySweepJob"
-    request_model = lazy("studies.loop.response:FrequencySweepRequest")
-    document_model = lazy("studies.loop.response:FrequencySweepDocument")
-    partial_model = lazy("studies.loop.response:FrequencySweepDocument")
-    planner = lazy("studies.loop.response:plan")
-    run = lazy("studies.loop.response:swept")
+    request_model = lazy("studies.loop.frequency_sweep:FrequencySweepRequest")
+    document_model = lazy("studies.loop.frequency_sweep:FrequencySweepDocument")
+    partial_model = lazy("studies.loop.frequency_sweep:FrequencySweepDocument")
+    planner = lazy("studies.loop.frequency_sweep:plan")
+    run = lazy("studies.loop.frequency_sweep:swept")
     bodies = ({"frequencies": [10.0, 40.0]},)

@@ -23,26 +23,27 @@ from motionlab.lanes import model_hash
 from motionlab.simulation.batch import Batch, CaseTask, check_length, run_batch, tasks
 from motionlab.simulation.prepare import Prepared, needs_plan, prepare
 from motionlab.simulation.result import plant_name
-from motionlab.studies.montecarlo.bands import Bands
-from motionlab.studies.montecarlo.correlation import (
-    drawn_parameters,
-    rank_correlations,
-    threshold,
-)
-from motionlab.studies.montecarlo.document import (
+from motionlab.studies.montecarlo.documents import (
+    DEFAULT,
     Band,
     DrawnParameter,
     Histogram,
     MonteCarloAxis,
     MonteCarloDocument,
+    MonteCarloRequest,
     MonteCarloVariant,
     Probability,
     Quantiles,
     WorstCase,
 )
 from motionlab.studies.montecarlo.draw import draw, missing
-from motionlab.studies.montecarlo.histogram import histogram
-from motionlab.studies.montecarlo.request import DEFAULT, MonteCarloRequest
+from motionlab.studies.montecarlo.statistics import (
+    Bands,
+    drawn_parameters,
+    histogram,
+    rank_correlations,
+    threshold,
+)
 
 Array = NDArray[np.float64]
 Source = str | Path | dict[str, Any]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from motionlab.config.planar import AXES
 from motionlab.errors import ConfigError, FieldError
-from motionlab.studies.montecarlo.request import Variation
+from motionlab.studies.montecarlo.documents import Variation
 
 Array = NDArray[np.float64]
 

@@ -39,12 +39,12 @@ class MonteCarloStudy(Study):
     operation = "monteCarlo"
     tag = "montecarlo"
     report_name = "MonteCarloJob"
-    request_model = lazy("studies.montecarlo.request:MonteCarloRequest")
-    document_model = lazy("studies.montecarlo.document:MonteCarloDocument")
-    read = lazy("studies.montecarlo.request:read_request")
+    request_model = lazy("studies.montecarlo.documents:MonteCarloRequest")
+    document_model = lazy("studies.montecarlo.documents:MonteCarloDocument")
+    read = lazy("studies.montecarlo.documents:read_request")
     planner = lazy("studies.montecarlo.cases:plan")
     run = lazy("studies.montecarlo.cases:run_cases")
-    report = lazy("studies.montecarlo.report:report")
+    report = lazy("studies.montecarlo.documents:report")
     bodies = ({"scenario": "circle", "cases": 300, "spec": {"x": 12e-6, "y": 15e-6}},)
     batches = True
     scatters = True

@@ -58,7 +58,7 @@ class SharingStudy(Study):
 
     def report(self, found: SharingDocument) -> str:
         """Return the law's figures as a table."""
-        from motionlab.studies.sharing.report import report
+        from motionlab.studies.sharing.sharing import report
 
         return report([found])
 
@@ -68,8 +68,7 @@ class SharingStudy(Study):
 
     def before(self, plan: SharingRequest, options: argparse.Namespace) -> str | None:
         """Return the comparison of all sharing functions, unless one or a document is requested."""
-        from motionlab.studies.sharing.report import report
-        from motionlab.studies.sharing.sharing import LAWS, sharing
+        from motionlab.studies.sharing.sharing import LAWS, report, sharing
 
         if options.json or "law" in plan.model_fields_set:
             return None

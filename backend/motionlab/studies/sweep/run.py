@@ -24,15 +24,15 @@ from motionlab.simulation.batch import changed, check_length, naming, run_batch,
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.result import plant_name
 from motionlab.studies.study import Progress, Source
-from motionlab.studies.sweep.document import (
+from motionlab.studies.sweep.documents import (
     Best,
     PartialSweep,
     SweepDocument,
+    SweepRequest,
     SweptAxis,
     SweptField,
     SweptVariant,
 )
-from motionlab.studies.sweep.request import SweepRequest
 from motionlab.trajectories.reference import ticks_of
 
 BEST = ("max_abs_following_error", "rms_following_error")

@@ -38,14 +38,14 @@ class SweepStudy(Study):
     operation = "sweep"
     tag = "sweep"
     report_name = "SweepJob"
-    request_model = lazy("studies.sweep.request:SweepRequest")
-    document_model = lazy("studies.sweep.document:SweepDocument")
-    partial_model = lazy("studies.sweep.document:PartialSweep")
+    request_model = lazy("studies.sweep.documents:SweepRequest")
+    document_model = lazy("studies.sweep.documents:SweepDocument")
+    partial_model = lazy("studies.sweep.documents:PartialSweep")
     planner = lazy("studies.sweep.run:plan")
     run = lazy("studies.sweep.run:run")
-    report = lazy("studies.sweep.report:report")
+    report = lazy("studies.sweep.documents:report")
     suffixes = (".csv",)
-    write = lazy("studies.sweep.report:write")
+    write = lazy("studies.sweep.documents:write")
     bodies = (
         {
             "scenario": "circle",

@@ -24,10 +24,15 @@ from motionlab.loop.linearise import NoLinearisation
 from motionlab.simulation.batch import check_length, run_prepared
 from motionlab.simulation.inputs import load_force
 from motionlab.simulation.prepare import Prepared, prepare
-from motionlab.studies.why.causes import CAUSES
-from motionlab.studies.why.document import Absent, Cause, Mend, WhyDocument
-from motionlab.studies.why.mends import SWITCH, Knob, Trial, knobs, trial, trials
-from motionlab.studies.why.request import MarginLimits, WhyRequest
+from motionlab.studies.why.causes import CAUSES, SWITCH, Knob, Trial, knobs, trial, trials
+from motionlab.studies.why.documents import (
+    Absent,
+    Cause,
+    MarginLimits,
+    Mend,
+    WhyDocument,
+    WhyRequest,
+)
 
 Source = str | Path | Mapping[str, Any]
 Errors = tuple[float, float]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from motionlab.studies.study import Progress, Study, StudyCommand, lazy
 
 if TYPE_CHECKING:
-    from motionlab.studies.why.document import WhyDocument
+    from motionlab.studies.why.documents import WhyDocument
     from motionlab.studies.why.explain import WhyPlan
 
 _EXAMPLES = """\
@@ -32,10 +32,10 @@ class WhyStudy(Study):
     path = "/why"
     operation = "explainPeak"
     tag = "simulate"
-    request_model = lazy("studies.why.request:WhyRequest")
-    document_model = lazy("studies.why.document:WhyDocument")
+    request_model = lazy("studies.why.documents:WhyRequest")
+    document_model = lazy("studies.why.documents:WhyDocument")
     planner = lazy("studies.why.explain:plan")
-    report = lazy("studies.why.report:report")
+    report = lazy("studies.why.documents:report")
     bodies = (
         {"scenario": "circle-matched", "variant": "B", "axis": "x"},
         {"scenario": "circle", "variant": "A", "time": 7.5, "goal": 5e-6},

@@ -19,8 +19,7 @@ from motionlab.simulation import batch as module
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document
 from motionlab.simulation.run import run as run_alone
-from motionlab.studies.sweep.document import SweepDocument
-from motionlab.studies.sweep.request import read_request
+from motionlab.studies.sweep.documents import SweepDocument, read_request
 from motionlab.studies.sweep.run import plan, run
 from tests.server.live import API, until
 

@@ -1,18 +1,21 @@
-"""The request of a sweep: which fields take which values."""
+"""Request, document and text report of a sweep."""
 
 from __future__ import annotations
 
+import csv
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from motionlab.config.changes import twice
 from motionlab.config.quantity import OURS, Config, quantity
 from motionlab.config.validation_errors import checked
+from motionlab.files import complete_file
+from motionlab.reports.tables import table
 
 CASES_MAX = 10_000
 _ROUNDING = 1e-12  # of the values of a range, relative
@@ -138,3 +141,147 @@ def _whole(value: float) -> int:
 
 def _size(dimension: Dimension) -> int:
     return len(dimension.values) if dimension.values is not None else dimension.count or 0
+
+
+class _Document(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+
+
+class SweptField(_Document):
+    """One swept field."""
+
+    path: str
+    unit: str = Field(description="SI; empty for names and switches")
+    values: list[Any]
+
+
+class SweptAxis(_Document):
+    """One axis of one variant over all cases."""
+
+    metrics: dict[str, list[float | None]] = Field(
+        description="Metrics of a run by name, SI, one value a case; null where the case has none"
+    )
+
+
+class SweptVariant(_Document):
+    """One variant over all cases."""
+
+    label: str
+    diverged: list[int] = Field(description="Cases in which it diverged")
+    axes: dict[str, SweptAxis]
+
+
+class Best(_Document):
+    """Case with the smallest value of a metric."""
+
+    variant: str
+    axis: str
+    metric: str
+    case: int
+    value: float
+    set: dict[str, Any] = Field(description="Changes that make the case")
+
+
+class PartialSweep(_Document):
+    """Metrics of the first cases of a sweep; null for the others."""
+
+    done: int = Field(description="Cases that have run")
+    variants: dict[str, SweptVariant]
+
+
+class SweepDocument(_Document):
+    """Metrics of a scenario over a grid or a list of values of its fields."""
+
+    scenario: str
+    plant: str
+    seed: int
+    version: str
+    model: str = Field(description="Hash of the model's sources")
+    fields: list[SweptField]
+    shape: list[int] = Field(
+        description="Values along each dimension; cases are in row-major order, a list has one"
+    )
+    cases: int
+    infeasible: list[int] = Field(description="Cases whose motor cannot follow the motion")
+    variants: dict[str, SweptVariant]
+    best: list[Best]
+
+
+_ROWS = 40  # of the table on a terminal
+_PEAK = "max_abs_following_error"
+
+
+def report(found: SweepDocument) -> str:
+    """Return the largest following error of each case in um, and the best cases."""
+    columns = [
+        (f"{name} {axis}", axes.metrics[_PEAK])
+        for name, variant in found.variants.items()
+        for axis, axes in variant.axes.items()
+    ]
+    heads = [_head(field.path, field.unit) for field in found.fields]
+    heads += [f"{title} max |e|, um" for title, _ in columns]
+    rows = []
+    for case, values in enumerate(case_values(found)):
+        if case == _ROWS:
+            break
+        cells = [_cell(value) for value in values]
+        peaks = [peak[case] for _, peak in columns]
+        cells += ["diverged" if peak is None else f"{peak * 1e6:.3g}" for peak in peaks]
+        if case in found.infeasible:
+            cells[len(values) :] = ["cannot follow", *[""] * (len(peaks) - 1)]
+        rows.append(cells)
+    lines = [
+        f"{found.scenario} on {found.plant}, {found.cases} cases",
+        table(heads, rows, right=range(len(heads))),
+    ]
+    if found.cases > _ROWS:
+        lines.append(f"... {found.cases - _ROWS} more; --out FILE.csv or --json has them all")
+    for best in found.best:
+        if best.metric == _PEAK:
+            where = ", ".join(f"{path} = {_cell(value)}" for path, value in best.set.items())
+            peaks = found.variants[best.variant].axes[best.axis].metrics[_PEAK]
+            alike = len(peaks) > 1 and len(set(peaks)) == 1
+            lines.append(
+                f"best for {best.variant} {best.axis}: {best.value * 1e6:.3g} um "
+                + ("in every case" if alike else f"at {where}")
+            )
+    return "\n".join(lines)
+
+
+def write(found: SweepDocument, path: str) -> None:
+    """Write one row a case as CSV: swept fields, then every metric of every variant and axis.
+
+    Raises
+    ------
+    StoreError
+        If the file cannot be written.
+    """
+    columns = {
+        f"{name}.{axis}.{metric}": values
+        for name, variant in found.variants.items()
+        for axis, axes in variant.axes.items()
+        for metric, values in axes.metrics.items()
+    }
+    with (
+        complete_file(path) as partial,
+        partial.open("w", newline="", encoding="utf-8") as file,
+    ):
+        rows = csv.writer(file, lineterminator="\n")
+        rows.writerow(["case", *(field.path for field in found.fields), *columns])
+        for case, values in enumerate(case_values(found)):
+            rows.writerow([case, *values, *(column[case] for column in columns.values())])
+
+
+def case_values(found: SweepDocument) -> Iterator[tuple[Any, ...]]:
+    """Yield the values of the swept fields of each case."""
+    points = [field.values for field in found.fields]
+    return zip(*points, strict=True) if len(found.shape) < len(points) else product(*points)
+
+
+def _head(path: str, unit: str) -> str:
+    name = path.removeprefix("variants.").replace(".controller.", ".", 1)
+    return f"{name}, {unit}" if unit not in {"", "1"} else name
+
+
+def _cell(value: object) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -37,8 +37,8 @@ class MapStudy(Study):
     report_name = "MapJob"
     request_model = lazy("motor_design.fem.document:MapRequest")
     document_model = lazy("motor_design.fem.document:MapEntry")
-    run = lazy("studies.maps.compute:run")
-    document = lazy("studies.maps.compute:document")
+    run = lazy("motor_design.computed_maps:run")
+    document = lazy("motor_design.computed_maps:document")
     report = lazy("motor_design.fem.report:report")
     suffixes = (".json",)
     write = lazy("motor_design.kept_maps:save")
@@ -59,13 +59,13 @@ class MapStudy(Study):
 
     def excess(self, plan: MapRequest, bounds: RequestLimits) -> list[FieldError]:
         """Bound the nodes of the mesh."""
-        from motionlab.studies.maps.compute import too_many_nodes
+        from motionlab.motor_design.computed_maps import too_many_nodes
 
         return too_many_nodes(plan.geometry, plan.preset, bounds.map_vertices_max)
 
     def kept(self, plan: MapRequest) -> ForceMap | None:
         """Return the map that was computed before, or refuse another where there is no room."""
-        from motionlab.studies.maps.compute import kept_maps
+        from motionlab.motor_design.computed_maps import kept_maps
 
         found = kept_maps().find(plan.geometry, plan.preset)
         if found is None:
@@ -103,7 +103,7 @@ class MapStudy(Study):
 
     def before(self, plan: MapRequest, options: argparse.Namespace) -> str | None:
         """Return the fit if requested; refuse a file that could not be written."""
-        from motionlab.studies.maps.compute import kept_maps
+        from motionlab.motor_design.computed_maps import kept_maps
 
         if options.fit is not None:
             return _fit(options)
@@ -113,7 +113,7 @@ class MapStudy(Study):
 
     def after(self, found: ForceMap, options: argparse.Namespace) -> None:
         """Write the file of ``--out``, and say where the map is kept and by which name."""
-        from motionlab.studies.maps.compute import kept_maps
+        from motionlab.motor_design.computed_maps import kept_maps
 
         super().after(found, options)
         name = found.document.content_hash
@@ -126,8 +126,7 @@ class MapStudy(Study):
 
 
 def _fit(options: argparse.Namespace) -> str:
-    from motionlab.studies.sharing.report import fit_report
-    from motionlab.studies.sharing.sharing import fit
+    from motionlab.studies.sharing.sharing import fit, fit_report
 
     if options.assignments or options.out is not None:
         wrong = "--set" if options.assignments else "--out"

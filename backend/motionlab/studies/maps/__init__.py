@@ -1,1 +1,0 @@
-"""Force maps by finite elements: computed once, then kept."""

@@ -1,1 +1,0 @@
-"""Bending of moving platforms."""
