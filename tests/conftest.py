@@ -102,7 +102,7 @@ LONGEST = (
     "server/test_view3d.py",
     "server/test_job_processes.py",
     "project/test_wheel.py",
-    "studies/paper/test_reproduce.py",
+    "paper/test_reproduce.py",
     "server/test_connections.py",
     "server/test_drive.py",
     "server/test_workers.py",

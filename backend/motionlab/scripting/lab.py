@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from motionlab.studies.identify.document import IdentificationDocument
     from motionlab.studies.montecarlo.documents import MonteCarloDocument
     from motionlab.studies.sweep.documents import SweepDocument
-    from motionlab.studies.tune.document import TuneDocument
+    from motionlab.studies.tune.documents import TuneDocument
 
 Source = str | Path | Mapping[str, Any] | Scenario
 """A scenario: name of a shipped one, a ``.toml`` file, its tables, or one that was loaded."""

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from motionlab.studies.identify.document import IdentificationDocument
     from motionlab.studies.montecarlo.documents import MonteCarloDocument
     from motionlab.studies.sweep.documents import SweepDocument
-    from motionlab.studies.tune.document import TuneDocument
+    from motionlab.studies.tune.documents import TuneDocument
 
 Document = TypeVar("Document", bound=BaseModel)
 Row = dict[str, Any]

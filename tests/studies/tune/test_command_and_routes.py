@@ -13,7 +13,7 @@ from motionlab.cli import main
 from motionlab.config.load import load_scenario
 from motionlab.loop.linearise import SLIDING, linearise
 from motionlab.loop.steady_state_error import crossover, sine_error
-from motionlab.studies.tune.document import LandscapeDocument, TuneDocument
+from motionlab.studies.tune.documents import LandscapeDocument, TuneDocument
 from tests.server.live import API, until
 
 SHORT: dict[str, Any] = {"trajectory.frequency": 2.0, "trajectory.radius": 0.002}

@@ -7,14 +7,14 @@ import math
 import pytest
 
 from motionlab.loop.family import Figures, VelocityMargin
+from motionlab.studies.tune.documents import Constraints
 from motionlab.studies.tune.evaluation import (
     ConstraintViolation,
     Verdict,
     margin_violations,
     outcome_violations,
 )
-from motionlab.studies.tune.request import Constraints
-from motionlab.studies.tune.trials import DIVERGED, Outcome
+from motionlab.studies.tune.problem import DIVERGED, Outcome
 
 WANTED = Constraints(gain_margin=2.0, phase_margin=0.5, Ms=2.0, saturated=0.1, force=10.0)
 STILL = Outcome(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, diverged=False)

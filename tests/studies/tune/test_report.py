@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from motionlab.loop.document import WorstMargin
-from motionlab.studies.tune.document import GainMargins, GainMetrics, TunedAxis
+from motionlab.studies.tune.documents import GainMargins, GainMetrics, TunedAxis
 from motionlab.studies.tune.report import WorstMotor, worst_of
 
 

@@ -20,10 +20,15 @@ from motionlab.loop.stability_boundary import stability_edge
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document
 from motionlab.simulation.run import run
-from motionlab.studies.tune.document import LandscapeDocument, TuneDocument
+from motionlab.studies.tune.documents import (
+    LandscapeDocument,
+    LandscapeRequest,
+    TuneDocument,
+    TuneRequest,
+    read_request,
+)
 from motionlab.studies.tune.landscape import landscape
 from motionlab.studies.tune.problem import plan
-from motionlab.studies.tune.request import LandscapeRequest, TuneRequest, read_request
 from motionlab.studies.tune.search import tune
 from tests.simulated import IDEAL
 

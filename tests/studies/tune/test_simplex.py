@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from motionlab.studies.tune.simplex import search
+from motionlab.studies.tune.search import search
 
 Array = NDArray[np.float64]
 OPTIMUM = np.array([0.7, -1.2])

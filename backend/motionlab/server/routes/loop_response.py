@@ -16,7 +16,7 @@ from motionlab.server.worker_answers import computed
 from motionlab.simulation.prepare import prepare
 from motionlab.studies.loop.accuracy import AccuracyDocument, accuracy
 from motionlab.studies.loop.frequency_sweep import ResponseDocument, loaded, response
-from motionlab.studies.tune.request import AxisRequest
+from motionlab.studies.tune.documents import AxisRequest
 
 router = APIRouter(tags=["simulate"], route_class=JsonRoute)
 

@@ -17,7 +17,7 @@ from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.loop.steady_state_error import crossover, parabola_error, sine_error
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.run import run
-from motionlab.studies.tune.request import AxisRequest
+from motionlab.studies.tune.documents import AxisRequest
 
 
 class _Document(BaseModel):

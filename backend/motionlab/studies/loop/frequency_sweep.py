@@ -32,7 +32,7 @@ from motionlab.loop.margins import NYQUIST, sampled
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.run import run
 from motionlab.studies.study import Source
-from motionlab.studies.tune.request import AxisRequest, read_request
+from motionlab.studies.tune.documents import AxisRequest, read_request
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

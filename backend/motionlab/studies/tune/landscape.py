@@ -21,11 +21,14 @@ from motionlab.loop.stability_boundary import stability_edge
 from motionlab.motor_design.fem.force_map import ForceMap
 from motionlab.motor_design.kept_maps import kept_in, lent
 from motionlab.simulation.result import plant_name
-from motionlab.studies.tune.cost import cost
-from motionlab.studies.tune.document import AxisLandscape, LandscapeDocument, PartialLandscape
-from motionlab.studies.tune.problem import TuningProblem, unstable_warnings
-from motionlab.studies.tune.request import LandscapeRequest
-from motionlab.studies.tune.trials import TrialSetup
+from motionlab.studies.tune.documents import (
+    AxisLandscape,
+    LandscapeDocument,
+    LandscapeRequest,
+    PartialLandscape,
+)
+from motionlab.studies.tune.evaluation import cost
+from motionlab.studies.tune.problem import TrialSetup, TuningProblem, unstable_warnings
 
 Array = NDArray[np.float64]
 Progress = Callable[[float, PartialLandscape | None], None]

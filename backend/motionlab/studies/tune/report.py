@@ -1,12 +1,93 @@
-"""A search for gains as text for people."""
+"""Candidates of a search as documents, and the document as text."""
 
 from __future__ import annotations
 
 import math
 import textwrap
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
-from motionlab.studies.tune.document import Candidate, TunedAxis, TunedGroup, TuneDocument
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab.loop.document import WorstMargin
+from motionlab.loop.family import LoopFamily, VelocityMargin
+from motionlab.studies.tune.documents import (
+    Candidate,
+    GainMargins,
+    GainMetrics,
+    TunedAxis,
+    TunedGroup,
+    TuneDocument,
+)
+from motionlab.studies.tune.evaluation import Group, Tried, Verdict
+from motionlab.studies.tune.problem import Outcome
+
+Array = NDArray[np.float64]
+
+
+def candidate(  # noqa: PLR0913, PLR0917 - a set of gains and what is known of it
+    group: Group,
+    values: dict[str, float],
+    tried: Tried,
+    verdict: Verdict,
+    origin: Literal["present", "paper", "start"],
+    start: int | None = None,
+) -> Candidate:
+    """Return a set of gains with its metrics and margins on each motor and the verdict on it.
+
+    Parameters
+    ----------
+    group : Group
+        Axes that it is for.
+    values : dict of str to float
+        Its numbers, by path below the controller.
+    tried : dict
+        Outcomes of its trials.
+    verdict : Verdict
+        Verdict on it.
+    origin : str
+        Its origin.
+    start : int, optional
+        Which start led to it.
+    """
+    problem = group.problem
+    return Candidate(
+        origin=origin,
+        start=start,
+        axes={
+            axis: TunedAxis(
+                k_p=values[f"{axis}.k_p"],
+                k_d=values[f"{axis}.k_d"],
+                metrics={name: _metrics(tried[name, axis]) for name in problem.setups},
+                margins={
+                    motor: _margins(family, *group.gains(values, axis))
+                    for (motor, of), family in group.families(values).items()
+                    if of == axis
+                },
+            )
+            for axis in group.axes
+        },
+        also={path: values[path] for path in map(str, group.request.also)},
+        **vars(verdict.document()),
+        set={problem.path(path): value for path, value in values.items()},
+    )
+
+
+def _metrics(outcome: Outcome) -> GainMetrics:
+    figures = {name: getattr(outcome, name) for name in GainMetrics.model_fields}
+    return GainMetrics(**(dict.fromkeys(figures) if outcome.diverged else figures))
+
+
+def _margins(family: LoopFamily, k_p: Array, k_d: Array) -> GainMargins:
+    if family.radius(k_p, k_d) >= 1.0:
+        return GainMargins(stable=False, gain_margin=None, phase_margin=None, Ms=None)
+    figures = family.figures(float(k_p), float(k_d))._asdict()
+    return GainMargins(stable=True, **{name: _worst(found) for name, found in figures.items()})
+
+
+def _worst(found: VelocityMargin) -> WorstMargin | None:
+    return WorstMargin(**found._asdict()) if math.isfinite(found.value) else None
+
 
 _HEAD = ("k_p", "k_d", "peak", "rms", "effort", "gain m.", "phase m.", "Ms", "cost")
 _UNITS = ("N/mm", "N s/mm", "um", "um", "N", "1", "deg", "1", "")

@@ -35,7 +35,7 @@ class _TuningStudy(Study):
 
     def read(self, request: Mapping[str, Any]) -> Any:
         """Return a request, checked."""
-        from motionlab.studies.tune.request import read_request
+        from motionlab.studies.tune.documents import read_request
 
         return read_request(self.request_model, request)  # pyright: ignore[reportArgumentType]
 
@@ -59,9 +59,9 @@ class TuneStudy(_TuningStudy):
     path = "/tune"
     operation = "tune"
     report_name = "TuningJob"
-    request_model = lazy("studies.tune.request:TuneRequest")
-    document_model = lazy("studies.tune.document:TuneDocument")
-    partial_model = lazy("studies.tune.document:PartialTuning")
+    request_model = lazy("studies.tune.documents:TuneRequest")
+    document_model = lazy("studies.tune.documents:TuneDocument")
+    partial_model = lazy("studies.tune.documents:PartialTuning")
     run = lazy("studies.tune.search:tune")
     report = lazy("studies.tune.report:report")
     bodies = ({"scenario": "circle", "axis": "x", "objective": {"rms": 1.0}},)
@@ -170,9 +170,9 @@ class LandscapeStudy(_TuningStudy):
     path = "/landscape"
     operation = "landscape"
     report_name = "LandscapeJob"
-    request_model = lazy("studies.tune.request:LandscapeRequest")
-    document_model = lazy("studies.tune.document:LandscapeDocument")
-    partial_model = lazy("studies.tune.document:PartialLandscape")
+    request_model = lazy("studies.tune.documents:LandscapeRequest")
+    document_model = lazy("studies.tune.documents:LandscapeDocument")
+    partial_model = lazy("studies.tune.documents:PartialLandscape")
     run = lazy("studies.tune.landscape:landscape")
     bodies = ({"scenario": "circle", "points": 32},)
 

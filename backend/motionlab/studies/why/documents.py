@@ -12,7 +12,7 @@ from motionlab.config.quantity import OURS, Config, quantity
 from motionlab.config.scenario import VariantName
 from motionlab.config.validation_errors import checked
 from motionlab.reports.tables import table
-from motionlab.studies.tune.request import Constraints
+from motionlab.studies.tune.documents import Constraints
 
 
 class MarginLimits(Config):
