@@ -17,9 +17,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from motionlab.config.load import load_scenario
-from motionlab.studies.identify.experiment import identify
-from motionlab.studies.identify.plan import plan
-from motionlab.studies.identify.request import read_request
+from motionlab.studies.identify.documents import read_request
+from motionlab.studies.identify.experiment import identify, plan
 from tests.bench.table import Row
 
 DRAWS = 240

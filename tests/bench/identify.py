@@ -6,9 +6,8 @@ import time
 from collections.abc import Iterator
 
 from motionlab.studies.identify import experiment
-from motionlab.studies.identify.document import IdentificationDocument
-from motionlab.studies.identify.plan import plan
-from motionlab.studies.identify.request import read_request
+from motionlab.studies.identify.documents import IdentificationDocument, read_request
+from motionlab.studies.identify.experiment import plan
 from tests.bench.table import Row
 from tests.simulated import true_map
 

@@ -19,8 +19,8 @@ from typing import NamedTuple
 import numpy as np
 
 from motionlab.config.load import load_scenario
-from motionlab.studies.identify.dispatch import identified, planned
-from motionlab.studies.identify.request import read_request
+from motionlab.studies.identify.documents import read_request
+from motionlab.studies.identify.experiment import identified, planned
 from tests.bench.table import Row
 from tests.studies.identify.independent_rig import recorded, reference, sines
 from tests.studies.identify.measured_runs import imported

@@ -20,8 +20,8 @@ from motionlab.paper.document import ReproduceDocument
 from motionlab.paper.printed_number import look_up
 from motionlab.paper.registry import GROUPS, paper
 from motionlab.studies.identify import experiment
-from motionlab.studies.identify.document import IdentificationDocument
-from motionlab.studies.identify.plan import Experiment
+from motionlab.studies.identify.documents import IdentificationDocument
+from motionlab.studies.identify.experiment import Experiment
 from tests.paths import DOCS
 from tests.server.live import API, until
 from tests.server.servers import PATIENCE, Server

@@ -18,10 +18,8 @@ from motionlab.motor_design.kept_maps import MapStore, named_map
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.result import document
 from motionlab.simulation.run import run
-from motionlab.studies.identify.document import IdentificationDocument
-from motionlab.studies.identify.experiment import identify
-from motionlab.studies.identify.plan import plan
-from motionlab.studies.identify.request import IdentifyRequest
+from motionlab.studies.identify.documents import IdentificationDocument, IdentifyRequest
+from motionlab.studies.identify.experiment import identify, plan
 from motionlab.studies.montecarlo.cases import plan as plan_cases
 from motionlab.studies.montecarlo.cases import run_cases
 from motionlab.studies.montecarlo.documents import MonteCarloDocument, MonteCarloRequest

@@ -26,7 +26,7 @@ from motionlab.studies.sweep.documents import CASES_MAX
 if TYPE_CHECKING:
     from motionlab.motor_design.document import DesignDocument
     from motionlab.scripting.kept import KeptRun
-    from motionlab.studies.identify.document import IdentificationDocument
+    from motionlab.studies.identify.documents import IdentificationDocument
     from motionlab.studies.montecarlo.documents import MonteCarloDocument
     from motionlab.studies.sweep.documents import SweepDocument
     from motionlab.studies.tune.documents import TuneDocument

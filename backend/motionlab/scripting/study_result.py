@@ -18,7 +18,7 @@ from motionlab.studies.study import Study
 if TYPE_CHECKING:
     import pandas as pd
 
-    from motionlab.studies.identify.document import IdentificationDocument
+    from motionlab.studies.identify.documents import IdentificationDocument
     from motionlab.studies.montecarlo.documents import MonteCarloDocument
     from motionlab.studies.sweep.documents import SweepDocument
     from motionlab.studies.tune.documents import TuneDocument

@@ -23,7 +23,7 @@ from motionlab.server.routes.studies import answer
 from motionlab.server.worker_answers import json_of
 from motionlab.server.workers.pool import Workers
 from motionlab.simulation.prepare import prepare
-from motionlab.studies.identify.document import (
+from motionlab.studies.identify.documents import (
     AxisIdentification,
     IdentificationDocument,
     Parameter,

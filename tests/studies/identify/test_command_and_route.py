@@ -11,10 +11,12 @@ import httpx
 import pytest
 
 from motionlab.cli import main
-from motionlab.studies.identify.document import IdentificationDocument, PartialIdentification
-from motionlab.studies.identify.experiment import identify
-from motionlab.studies.identify.plan import plan
-from motionlab.studies.identify.request import read_request
+from motionlab.studies.identify.documents import (
+    IdentificationDocument,
+    PartialIdentification,
+    read_request,
+)
+from motionlab.studies.identify.experiment import identify, plan
 from tests.server.live import API, until
 
 SPEEDS = ["0.002", "0.01", "0.02", "0.04", "0.06", "0.1"]

@@ -15,16 +15,16 @@ from motionlab.config.plant import AmplifierConfig
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, ExperimentFailed
 from motionlab.studies.identify import experiment
-from motionlab.studies.identify.current_smoother import STEP, CurrentLoops, reported
-from motionlab.studies.identify.document import IdentificationDocument, PartialIdentification
-from motionlab.studies.identify.experiment import identify
-from motionlab.studies.identify.fit import fit_sliding
-from motionlab.studies.identify.plan import plan, plan_document
-from motionlab.studies.identify.request import read_request
+from motionlab.studies.identify.documents import (
+    IdentificationDocument,
+    PartialIdentification,
+    read_request,
+)
+from motionlab.studies.identify.experiment import identify, plan, plan_document
+from motionlab.studies.identify.fit import Fitted, fit_sliding
+from motionlab.studies.identify.rig import Rig
 from motionlab.studies.identify.sliding import Doubt, in_words
-from motionlab.studies.identify.stribeck import Fitted
-from motionlab.studies.identify.test_bench import Rig
-from motionlab.studies.identify.thrust import readings, thrust_within
+from motionlab.studies.identify.thrust import STEP, CurrentLoops, readings, reported, thrust_within
 from motionlab.telemetry.recording import VariantRecord
 from tests.simulated import play, true_map
 

@@ -10,9 +10,14 @@ from numpy.typing import NDArray
 
 from motionlab.config.timing import SUBSTEPS
 from motionlab.plant.friction import LuGre
-from motionlab.studies.identify.fit import fit_presliding, fit_sliding
+from motionlab.studies.identify.fit import (
+    Fitted,
+    curve_half_width,
+    fit_presliding,
+    fit_sliding,
+    stribeck_curve,
+)
 from motionlab.studies.identify.presliding import force_ramp, model_response
-from motionlab.studies.identify.stribeck import Fitted, curve_half_width, stribeck_curve
 
 TRUE = (0.24, 3.59, 0.0436, 10.3, 0.05)
 UNLOADED = (*TRUE[:4], 0.0)

@@ -19,18 +19,18 @@ from motionlab.errors import ConfigError, ExperimentFailed
 from motionlab.library.library import Library, library
 from motionlab.library.run import new_id
 from motionlab.simulation.prepare import prepare
-from motionlab.studies.identify.dispatch import identified, plan_of, planned
-from motionlab.studies.identify.document import (
+from motionlab.studies.identify.documents import (
     AxisIdentification,
     IdentificationDocument,
     Parameter,
     Point,
+    read_request,
 )
-from motionlab.studies.identify.record_fit import RecordFit
-from motionlab.studies.identify.record_identify import contradiction, to_apply
+from motionlab.studies.identify.experiment import identified, plan_of, planned
+from motionlab.studies.identify.fit import Fitted, stribeck_curve
+from motionlab.studies.identify.record.fit import RecordFit
+from motionlab.studies.identify.record.identify import contradiction, to_apply
 from motionlab.studies.identify.report import report
-from motionlab.studies.identify.request import read_request
-from motionlab.studies.identify.stribeck import Fitted, stribeck_curve
 from tests.simulated import play
 from tests.studies.identify.independent_rig import Array, recorded, reference, sines
 from tests.studies.identify.measured_runs import (

@@ -11,9 +11,8 @@ from motionlab.server.http.problems import responses
 from motionlab.server.http.strict_json import JsonRoute
 from motionlab.server.settings import Settings
 from motionlab.server.worker_answers import computed
-from motionlab.studies.identify.dispatch import plan_of
-from motionlab.studies.identify.document import PlanDocument
-from motionlab.studies.identify.request import IdentifyRequest
+from motionlab.studies.identify.documents import IdentifyRequest, PlanDocument
+from motionlab.studies.identify.experiment import plan_of
 from motionlab.studies.table import BY_KIND
 
 router = APIRouter(tags=["identify"], route_class=JsonRoute)

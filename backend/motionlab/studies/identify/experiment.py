@@ -1,51 +1,193 @@
-"""The complete experiment: uniform motions, force ramps, fits, document."""
+"""The experiment on the simulated motor: plan, uniform motions, force ramps, fits, document."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from motionlab import __version__
 from motionlab.analysis.result_document import ResultDocument
+from motionlab.config.load import load_scenario
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.errors import ExperimentFailed
+from motionlab.errors import ConfigError, ExperimentFailed, FieldError
 from motionlab.lanes import model_hash
 from motionlab.plant.friction import LuGre
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import plant_name
-from motionlab.studies.identify.comparison import compared
-from motionlab.studies.identify.current_smoother import CurrentLoops
-from motionlab.studies.identify.document import (
+from motionlab.studies.identify.documents import (
+    FEWEST_SPEEDS,
     AxisIdentification,
     ExperimentProgress,
     ForceRamp,
     IdentificationDocument,
+    IdentifyRequest,
     PartialIdentification,
+    PlanDocument,
+    PlannedMotion,
     Point,
     Step,
 )
-from motionlab.studies.identify.evaluate import (
-    AxisEstimate,
-    axis_document,
-    is_a_model,
-    known_document,
-    ramp_document,
-)
-from motionlab.studies.identify.fit import fit_presliding, fit_sliding
-from motionlab.studies.identify.plan import Experiment
+from motionlab.studies.identify.fit import Fitted, fit_presliding, fit_sliding
 from motionlab.studies.identify.presliding import (
     SLOWEST,
     displacement,
     model_response,
     plan_ramps,
     ramp_thrust,
+    ramp_ticks,
 )
-from motionlab.studies.identify.request import FEWEST_SPEEDS
-from motionlab.studies.identify.sliding import Doubt, in_words, measure, oscillates
-from motionlab.studies.identify.stribeck import Fitted
-from motionlab.studies.identify.test_bench import record
+from motionlab.studies.identify.record.identify import identify_record
+from motionlab.studies.identify.record.plan import (
+    RecordExperiment,
+    plan_record,
+    record_plan_document,
+)
+from motionlab.studies.identify.report import (
+    AxisEstimate,
+    axis_document,
+    is_a_model,
+    known_document,
+    ramp_document,
+)
+from motionlab.studies.identify.rig import Rig, compared, record
+from motionlab.studies.identify.sliding import (
+    Doubt,
+    UniformMotion,
+    in_words,
+    measure,
+    oscillates,
+    plan_motions,
+)
+from motionlab.studies.identify.thrust import CurrentLoops
+
+Source = str | Path | dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """An identification that has passed every check.
+
+    Attributes
+    ----------
+    request : IdentifyRequest
+        As validated.
+    source : str, Path or dict
+        The scenario as given.
+    rig : Rig
+        Motor and loop.
+    motions : dict of str to list of UniformMotion
+        Uniform motions of each axis.
+    """
+
+    request: IdentifyRequest
+    source: Source
+    rig: Rig
+    motions: dict[str, list[UniformMotion]]
+
+    @property
+    def ticks(self) -> int:
+        """About how many ticks the uniform motions take."""
+        return sum(motion.ticks for motions in self.motions.values() for motion in motions)
+
+    @property
+    def seconds(self) -> float:
+        """About how long they take on a motor, s."""
+        return self.ticks * CONTROL_PERIOD
+
+
+def plan(request: IdentifyRequest, source: Source | None = None) -> Experiment:
+    """Return the checked experiment of a request.
+
+    Parameters
+    ----------
+    request : IdentifyRequest
+        Validated request.
+    source : str, Path or dict, optional
+        The scenario in place of the request's, which is never a path.
+
+    Raises
+    ------
+    ConfigError
+        Naming every number that is wrong: of the scenario, of a variant, of speeds for which the
+        stroke is too short.
+    """
+    source = request.scenario if source is None else source
+    scenario = load_scenario(source, request.set)
+    rig = Rig.of(request, scenario)
+    if request.compare:
+        _refuse_nothing_to_compare(rig)
+    motions = {
+        axis: plan_motions(
+            rig,
+            axis,
+            request.speeds,
+            time_max=request.time_max,
+            pitches_max=request.pitches_max,
+        )
+        for axis in request.axes
+    }
+    return Experiment(request, source, rig, motions)
+
+
+def plan_document(experiment: Experiment, simulated_time_max: float) -> PlanDocument:
+    """Return the motions of an experiment and their duration.
+
+    The force ramps depend on the stiction that is yet to be found; until then the old model's value
+    is used.
+
+    Parameters
+    ----------
+    experiment : Experiment
+        From `plan`.
+    simulated_time_max : float
+        Longest of one request, s.
+
+    Returns
+    -------
+    PlanDocument
+        Motions of each axis, and the time of all.
+    """
+    rig, asked = experiment.rig, experiment.request.presliding
+    ticks, ramps = experiment.ticks, 0
+    if asked.enabled:
+        each = 2 * asked.places
+        ramps = each * len(asked.rates) * len(experiment.motions)
+        for axis in experiment.motions:
+            force_max = asked.share * rig.identified_model(axis).friction.F_s
+            ticks += each * sum(ramp_ticks(force_max, rate) for rate in asked.rates)
+    return PlanDocument(
+        simulated_time=ticks * CONTROL_PERIOD,
+        simulated_time_max=simulated_time_max,
+        known={axis: known_document(rig, axis, rig.scenario) for axis in experiment.motions},
+        axes={
+            axis: [
+                PlannedMotion(
+                    speed=motion.speed, pitches=motion.pitches, time=motion.ticks * CONTROL_PERIOD
+                )
+                for motion in motions
+            ]
+            for axis, motions in experiment.motions.items()
+        },
+        ramps=ramps,
+    )
+
+
+def _refuse_nothing_to_compare(rig: Rig) -> None:
+    compensation = rig.scenario.variants[rig.apply_to].controller.compensation
+    if compensation.law == "off" or not compensation.enabled:
+        raise ConfigError(
+            FieldError(
+                loc="apply_to",
+                message="adds no friction compensation, so that its model makes no difference to "
+                "compare",
+                value=rig.apply_to,
+            )
+        )
+
 
 Progress = Callable[[float, PartialIdentification | None], None]
 """Takes the share done, 0 to 1, and the results so far when they have changed."""
@@ -72,7 +214,7 @@ def identify(experiment: Experiment, progress: Progress | None = None) -> Identi
     Parameters
     ----------
     experiment : Experiment
-        From `motionlab.studies.identify.plan.plan`.
+        From `motionlab.studies.identify.experiment.plan`.
     progress : callable, optional
         Called with the share done, and with the points whenever there are new ones.
 
@@ -317,3 +459,31 @@ def _over_places(series: list[list[Any]]) -> list[Any]:
     """Return the mean of each rate's series over all places and both signs."""
     ramps = [*zip(*series, strict=True)]
     return [np.mean([*ramps[k], *ramps[k + 1]], axis=0) for k in range(0, len(ramps), 2)]
+
+
+AnyExperiment = Experiment | RecordExperiment
+
+
+def planned(
+    request: IdentifyRequest, source: str | Path | dict[str, Any] | None = None
+) -> AnyExperiment:
+    """Return the checked plan of a request; raise ConfigError naming every field that is wrong."""
+    return plan(request, source) if request.run is None else plan_record(request, source)
+
+
+def plan_of(experiment: AnyExperiment, simulated_time_max: float) -> PlanDocument:
+    """Return the motions of an experiment, or what is read of a run."""
+    match experiment:
+        case Experiment():
+            return plan_document(experiment, simulated_time_max)
+        case RecordExperiment():
+            return record_plan_document(experiment, simulated_time_max)
+
+
+def identified(experiment: AnyExperiment, progress: Any = None) -> IdentificationDocument:
+    """Carry an identification out; raise ExperimentFailed if nothing can be told."""
+    match experiment:
+        case Experiment():
+            return identify(experiment, progress)
+        case RecordExperiment():
+            return identify_record(experiment, progress)

@@ -1,22 +1,203 @@
-"""Nonlinear least squares, and how well the data determine each parameter."""
+"""Fits of the friction model to measured points, with their confidence intervals.
+
+Residuals of one motion, there and back, are correlated, and those of slow and fast motions have
+different variances. Only independence between motions is assumed: the covariance is that of the
+jackknife over motions, CR3, and every parameter has its own degrees of freedom, by Satterthwaite.
+See Bell and McCaffrey (2002) and Imbens and Kolesar (2016), doi 10.1162/REST_a_00552.
+"""
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.timing import PLANT_STEP
-from motionlab.plant.friction import LuGre, stribeck_fade
-from motionlab.studies.identify.covariance import correlation_of, scatter
+from motionlab.plant.friction import LuGre, steady_friction, stribeck_fade
 from motionlab.studies.identify.presliding import model_response
-from motionlab.studies.identify.stribeck import Fitted, stribeck_curve
 
 Array = NDArray[np.float64]
+
+
+class Scatter(NamedTuple):
+    """Covariance of estimates.
+
+    Attributes
+    ----------
+    errors : ndarray, shape (p,)
+        Standard errors; inf where the data do not determine a parameter.
+    correlation : ndarray, shape (p, p)
+        Of the estimates; 0 with one that is not determined.
+    degrees : ndarray, shape (p,)
+        Degrees of freedom of each standard error.
+    """
+
+    errors: Array
+    correlation: Array
+    degrees: Array
+
+
+def scatter(jacobian: Array, residuals: Array, motion: NDArray[np.intp]) -> Scatter:
+    """Return the covariance of least-squares estimates.
+
+    ``C = sum u_g u_g^T, u_g = (J^T J)^-1 J_g^T (I - H_gg)^-1 e_g`` over the motions g, with the
+    projection ``H = J (J^T J)^-1 J^T``.
+
+    Parameters
+    ----------
+    jacobian : ndarray, shape (n, p)
+        Of the residuals, at the minimum.
+    residuals : ndarray, shape (n,)
+        At the minimum.
+    motion : ndarray of int, shape (n,)
+        Motion of each residual.
+    """
+    length = np.linalg.norm(jacobian, axis=0)
+    seen = length > 0.0
+    scale = np.where(seen, length, 1.0)
+    U, s, vt = np.linalg.svd(jacobian / scale, full_matrices=False)
+    determined = s > np.finfo(np.float64).eps * max(jacobian.shape) * s[0]
+    # A direction without effect makes every parameter that it holds undetermined.
+    lost = (np.abs(vt[~determined]) > 1e-6).any(axis=0) | ~seen
+    U, inverse = U[:, determined], vt[determined].T / s[determined]
+    moves, scores, lengths = [], [], []
+    for g in np.unique(motion):
+        rows = U[motion == g]
+        # (I - U_g U_g^T)^-1 U_g = U_g (I - U_g^T U_g)^-1, which is small
+        part, basis = np.linalg.eigh(np.eye(rows.shape[1]) - rows.T @ rows)
+        free = part > 1e-9  # a parameter that one motion alone determines leaves no residual
+        left = (basis[:, free] / part[free]) @ basis[:, free].T
+        weights = rows @ left @ inverse.T
+        moves.append(residuals[motion == g] @ weights)
+        scores.append(rows.T @ weights)
+        lengths.append(np.sum(weights**2, axis=0))
+    covariance = np.sum([np.outer(u, u) for u in moves], axis=0)
+    spread = np.sqrt(np.diag(covariance))
+    divisor = np.where(spread > 0.0, spread, 1.0)
+    return Scatter(
+        np.where(lost, np.inf, spread / scale),
+        np.where(lost[:, None] | lost, 0.0, covariance / np.outer(divisor, divisor)),
+        _degrees(np.array(scores), np.array(lengths)),
+    )
+
+
+def correlation_of(jacobian: Array) -> Array:
+    """Return how least-squares estimates correlate for white noise, shape (p, p)."""
+    length = np.linalg.norm(jacobian, axis=0)
+    unit = jacobian / np.where(length > 0.0, length, 1.0)
+    inverse = np.linalg.pinv(unit.T @ unit, rcond=1e-14, hermitian=True)
+    spread = np.sqrt(np.diag(inverse))
+    divisor = np.where(spread > 0.0, spread, 1.0)
+    return inverse / np.outer(divisor, divisor)
+
+
+def _degrees(scores: Array, lengths: Array) -> Array:
+    """Return ``tr(G)^2/tr(G^2)`` of each parameter, G the covariance of its parts for white noise.
+
+    ``G = diag(w_g^T w_g) - (U_g^T w_g)^T (U_h^T w_h)``
+    """
+    degrees = np.ones(lengths.shape[1])
+    for i, own in enumerate(lengths.T):
+        score = scores[:, :, i]
+        G = np.diag(own) - score @ score.T
+        square = float(np.sum(G * G))
+        if square > 0.0:
+            degrees[i] = max(1.0, float(np.trace(G)) ** 2 / square)
+    return degrees
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """Parameters that minimise the sum of squared residuals.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Of the parameters.
+    values, errors : ndarray, shape (n,)
+        Estimates and standard errors; an error is inf where the data do not determine it.
+    half_width : ndarray, shape (n,)
+        Half of the 95 % interval, by Student's t.
+    residual_rms : float
+        Root mean square of the residuals.
+    correlation : ndarray, shape (n, n)
+        Of the estimates.
+    warnings : list of str
+        What is not determined.
+    edge : tuple of str
+        Parameters of a record at the edge of their range.
+    """
+
+    names: tuple[str, ...]
+    values: Array
+    errors: Array
+    half_width: Array
+    residual_rms: float
+    correlation: Array
+    warnings: list[str]
+    edge: tuple[str, ...] = ()
+
+    def __getitem__(self, name: str) -> float:
+        """Return an estimate by name."""
+        return float(self.values[self.names.index(name)])
+
+    def half(self, name: str) -> float:
+        """Return half of the interval of a parameter by name; inf or NaN where undetermined."""
+        return float(self.half_width[self.names.index(name)])
+
+    def determines(self, name: str) -> bool:
+        """Return whether a parameter is off its edges and known to less than its own size."""
+        return self.half(name) <= abs(self[name]) and name not in self.edge
+
+
+def stribeck_curve(v: Array, parameters: Sequence[float] | Array) -> Array:
+    """Return the force of uniform motion, N, eqs (20) to (22) with dz/dt = 0, and an offset.
+
+    Parameters are F_c, F_s, v_s, sigma_2 and the offset.
+    """
+    *friction, f_0 = parameters
+    return steady_friction(v, *friction) + f_0
+
+
+def curve_half_width(v: Array, fitted: Fitted) -> Array | None:
+    """Return half the width of the 95 % band around a fitted Stribeck curve, N.
+
+    ``h(v)^2 = g(v)^T H g(v)`` with g the gradient of the curve by its parameters and H their
+    covariance times the square of Student's t.
+
+    Parameters
+    ----------
+    v : ndarray, shape (n,)
+        Velocities, m/s.
+    fitted : Fitted
+        From `fit_sliding`.
+
+    Returns
+    -------
+    ndarray, shape (n,), or None
+        None where the data leave a parameter undetermined.
+    """
+    if not np.isfinite(fitted.half_width).all():
+        return None
+    F_c, F_s, v_s, _, _ = fitted.values
+    falling = stribeck_fade(v, v_s)
+    sign = np.sign(v)
+    gradient = np.stack(
+        [
+            sign * (1.0 - falling),
+            sign * falling,
+            sign * (F_s - F_c) * falling * 2.0 * v**2 / v_s**3,
+            v,
+            np.ones_like(v),
+        ]
+    )
+    H = fitted.correlation * np.outer(fitted.half_width, fitted.half_width)
+    return np.sqrt(np.maximum(np.einsum("in,ij,jn->n", gradient, H, gradient), 0.0))
+
 
 _CONFIDENCE = 0.95
 _CORRELATED = 0.98

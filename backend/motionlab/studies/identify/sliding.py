@@ -19,10 +19,9 @@ from motionlab.force_sharing.pole_pitch import share_over
 from motionlab.kernel.build import AXES
 from motionlab.kernel.force_maps import force_model, pole_pitch
 from motionlab.lanes.bank import TABLES
-from motionlab.studies.identify.current_smoother import CurrentLoops
-from motionlab.studies.identify.document import Point
-from motionlab.studies.identify.test_bench import Rig
-from motionlab.studies.identify.thrust import readings, thrust_within
+from motionlab.studies.identify.documents import Point
+from motionlab.studies.identify.rig import Rig
+from motionlab.studies.identify.thrust import CurrentLoops, readings, thrust_within
 from motionlab.telemetry.recording import VariantRecord
 from motionlab.trajectories.reference import Reference
 

@@ -10,8 +10,8 @@ from motionlab.studies.options import given
 from motionlab.studies.study import RequestLimits, Study, StudyCommand, above, lazy
 
 if TYPE_CHECKING:
-    from motionlab.studies.identify.dispatch import AnyExperiment
-    from motionlab.studies.identify.document import IdentificationDocument
+    from motionlab.studies.identify.documents import IdentificationDocument
+    from motionlab.studies.identify.experiment import AnyExperiment
 
 _EXAMPLES = """\
 examples:
@@ -46,11 +46,11 @@ class IdentifyStudy(Study):
     operation = "identify"
     tag = "identify"
     report_name = "IdentificationJob"
-    request_model = lazy("studies.identify.request:IdentifyRequest")
-    document_model = lazy("studies.identify.document:IdentificationDocument")
-    partial_model = lazy("studies.identify.document:PartialIdentification")
-    planner = lazy("studies.identify.dispatch:planned")
-    run = lazy("studies.identify.dispatch:identified")
+    request_model = lazy("studies.identify.documents:IdentifyRequest")
+    document_model = lazy("studies.identify.documents:IdentificationDocument")
+    partial_model = lazy("studies.identify.documents:PartialIdentification")
+    planner = lazy("studies.identify.experiment:planned")
+    run = lazy("studies.identify.experiment:identified")
     report = lazy("studies.identify.report:report")
     suffixes = (".csv", ".json")
     write = lazy("studies.identify.report:write")

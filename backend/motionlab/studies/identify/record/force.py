@@ -18,11 +18,10 @@ from numpy.typing import NDArray
 from motionlab.analysis.columns import Columns
 from motionlab.force_sharing.pole_pitch import share_over
 from motionlab.kernel.force_maps import force_model, map_lanes
-from motionlab.studies.identify.current_smoother import CurrentLoops, Smoothed, as_sent
-from motionlab.studies.identify.record_fit import WITHIN
-from motionlab.studies.identify.record_motion import Record
-from motionlab.studies.identify.record_plan import CURRENTS, RecordExperiment
-from motionlab.studies.identify.thrust import thrust_of
+from motionlab.studies.identify.record.fit import WITHIN
+from motionlab.studies.identify.record.motion import Record
+from motionlab.studies.identify.record.plan import CURRENTS, RecordExperiment
+from motionlab.studies.identify.thrust import CurrentLoops, Smoothed, as_sent, thrust_of
 
 Array = NDArray[np.float64]
 

@@ -12,10 +12,9 @@ from motionlab.config.scenario import Scenario
 from motionlab.errors import Busy, ConfigError, FieldError, Unknown
 from motionlab.exchange.measurements.column_guess import si_of
 from motionlab.library.run import RunDetail
-from motionlab.studies.identify.document import PlanDocument, PlannedRecord
-from motionlab.studies.identify.evaluate import known_document
-from motionlab.studies.identify.request import IdentifyRequest
-from motionlab.studies.identify.test_bench import Rig
+from motionlab.studies.identify.documents import IdentifyRequest, PlanDocument, PlannedRecord
+from motionlab.studies.identify.report import known_document
+from motionlab.studies.identify.rig import Rig
 
 Source = str | Path | dict[str, Any]
 

@@ -1,4 +1,4 @@
-"""LuGre friction, mass and lag of a record, by regression of force on motion.
+"""Fit of the friction model to the forces of a recorded motion.
 
     f(t - lag) = M a + sigma_0 z + sigma_1 dz/dt + sigma_2 v + f_0
 
@@ -19,13 +19,21 @@ from numpy.typing import NDArray
 from motionlab.config.controller import AxisModelConfig
 from motionlab.errors import ExperimentFailed
 from motionlab.plant.friction import LuGre
-from motionlab.studies.identify.covariance import correlation_of, scatter
-from motionlab.studies.identify.fit import about_speeds, doubts, first_guesses, student
-from motionlab.studies.identify.record_model import bristle
-from motionlab.studies.identify.record_motion import Motion, Motions
-from motionlab.studies.identify.stribeck import Fitted
+from motionlab.studies.identify.fit import (
+    Fitted,
+    about_speeds,
+    correlation_of,
+    doubts,
+    first_guesses,
+    scatter,
+    student,
+)
+from motionlab.studies.identify.presliding import bristle
+from motionlab.studies.identify.record.motion import Motion, Motions
 
 Array = NDArray[np.float64]
+
+
 Mask = NDArray[np.bool_]
 Values = dict[str, float]
 
@@ -212,7 +220,7 @@ def fit_record(
     Parameters
     ----------
     motions : Motions
-        From `motionlab.studies.identify.record_motion.motions_of`.
+        From `motionlab.studies.identify.record.motion.motions_of`.
     model : AxisModelConfig
         The old one: mass, and bristle where the record does not tell it.
     find_mass : bool

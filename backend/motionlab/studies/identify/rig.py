@@ -1,13 +1,15 @@
-"""The test rig: a scenario's motor under one of its controllers, without compensation."""
+"""The simulated motor of an experiment under one of its controllers, without compensation."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Literal
+from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 
+from motionlab.analysis.result_document import ResultDocument
 from motionlab.config.controller import (
     AxisModelConfig,
     CompensationConfig,
@@ -15,12 +17,14 @@ from motionlab.config.controller import (
     DisturbanceObserverConfig,
     GainsConfig,
 )
+from motionlab.config.load import load_scenario
 from motionlab.config.scenario import LoadConfig, Scenario, VariantConfig
 from motionlab.errors import ConfigError, ExperimentFailed, FieldError
 from motionlab.kernel.build import AXES
-from motionlab.simulation.prepare import Prepared
+from motionlab.simulation.prepare import Prepared, prepare
+from motionlab.simulation.result import document
 from motionlab.simulation.run import run
-from motionlab.studies.identify.request import IdentifyRequest
+from motionlab.studies.identify.documents import IdentifyRequest
 from motionlab.telemetry.recording import VariantRecord
 
 Step = Literal["sliding", "presliding"]
@@ -141,3 +145,41 @@ def record(prepared: Prepared, progress: Callable[[int], None] | None = None) ->
             f"one motion: {result.diverged.channel}"
         )
     return result
+
+
+def compared(
+    rig: Rig,
+    source: str | Path | dict[str, Any],
+    given: Mapping[str, Any],
+    found: Mapping[str, float],
+) -> ResultDocument:
+    """Return the result document of the circle with the old model (A) and the new one (B).
+
+    Parameters
+    ----------
+    rig : Rig
+        Motor, and the variant whose model is compared.
+    source : str, Path or dict
+        The scenario as given.
+    given, found : mapping
+        Changes of the request, and those that the identification adds.
+    """
+    new = load_scenario(source, {**given, **found})
+    scenario = rig.scenario.model_copy(
+        update={
+            "name": "circle",
+            "trajectory": load_scenario("circle").trajectory,
+            "variants": {
+                "A": VariantConfig(
+                    label="friction model as it was",
+                    controller=rig.scenario.variants[rig.apply_to].controller,
+                ),
+                "B": VariantConfig(
+                    label="friction model identified",
+                    controller=new.variants[rig.apply_to].controller,
+                ),
+            },
+        }
+    )
+    prepared = prepare(scenario)
+    return ResultDocument.model_validate(document(prepared, run(prepared)))

@@ -1,0 +1,1 @@
+"""Identification of friction from a recorded run: a drive's, or an imported measurement."""
