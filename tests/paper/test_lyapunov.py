@@ -8,8 +8,7 @@ import pytest
 from motionlab.config.load import load_scenario
 from motionlab.config.plant import FrictionConfig
 from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.paper.lyapunov import Lyapunov, lyapunov
-from motionlab.paper.stability import NOISELESS
+from motionlab.paper.control import NOISELESS, Lyapunov, lyapunov
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.run import run
 from motionlab.telemetry.channels import CHANNELS

@@ -15,8 +15,8 @@ import httpx
 import pytest
 
 from motionlab.cli import main
-from motionlab.paper import experiments, known_failures, reproduce
-from motionlab.paper.document import ReproduceDocument
+from motionlab.paper import experiments, judgement, reproduce
+from motionlab.paper.documents import ReproduceDocument
 from motionlab.paper.printed_number import look_up
 from motionlab.paper.registry import GROUPS, paper
 from motionlab.studies.identify import experiment
@@ -82,7 +82,7 @@ def command(capsys: pytest.CaptureFixture[str], *arguments: str) -> Reproduced:
 
 def test_everything_holds_but_what_is_known_not_to(whole: ReproduceDocument) -> None:
     red = {row.id for row in whole.rows if row.holds is False}
-    assert red == set(known_failures.known_failures())
+    assert red == set(judgement.known_failures())
     assert whole.summary.fails == 0
     assert whole.summary.come_to_hold == []
     assert [row.id for row in whole.rows if row.error is not None] == []
@@ -162,9 +162,7 @@ def test_the_command_prints_one_document(capsys: pytest.CaptureFixture[str]) -> 
     by_id = {row["id"]: row for row in document["rows"]}
     assert by_id["turns"]["ours"] == 145.0
     assert by_id["velocity-single-y"]["status"] == "known_failure"
-    assert (
-        by_id["velocity-single-y"]["known"] == known_failures.known_failures()["velocity-single-y"]
-    )
+    assert by_id["velocity-single-y"]["known"] == judgement.known_failures()["velocity-single-y"]
     low, high = by_id["rhombus-x"]["ours"]
     assert -14.2e-6 < low < 0.0 < high < 14.3e-6
     assert by_id["rhombus-x"]["better"] is True
@@ -188,7 +186,7 @@ def test_it_fails_on_what_the_list_does_not_say(
 ) -> None:
     path = tmp_path / "known_failures.toml"
     path.write_text(listed)
-    monkeypatch.setattr(known_failures, "FILE", path)
+    monkeypatch.setattr(judgement, "FILE", path)
     assert main(["reproduce", "--only", "turns", "velocity-single-y"]) == 1
     assert said in capsys.readouterr().out
 

@@ -7,13 +7,12 @@ from typing import Any
 
 import pytest
 
-from motionlab.paper.document import Comparison, Number
+from motionlab.paper.documents import Comparison, Number
 from motionlab.paper.experiments import Experiments
-from motionlab.paper.loose_bands import lax
+from motionlab.paper.judgement import lax
 from motionlab.paper.printed_number import RowResult
 from motionlab.paper.registry import quantities
-from motionlab.paper.report import report
-from motionlab.paper.reproduce import judged
+from motionlab.paper.reproduce import judged, report
 from tests.paper.test_verdicts import document, row
 
 

@@ -13,16 +13,13 @@ from hypothesis import strategies as st
 
 from motionlab.errors import ConfigError, StoreError
 from motionlab.paper.docs_table import table
-from motionlab.paper.document import Comparison, JudgedRow, Kind, Number, ReproduceDocument
-from motionlab.paper.evidence import KINDS
+from motionlab.paper.documents import KINDS, Comparison, JudgedRow, Kind, Number, ReproduceDocument
 from motionlab.paper.experiments import Experiments
 from motionlab.paper.figures import FIGURES
-from motionlab.paper.known_failures import known_failures
+from motionlab.paper.judgement import holds, is_better, known_failures, status
 from motionlab.paper.printed_number import PrintedNumber, RowResult, arithmetic, look_up
 from motionlab.paper.registry import GROUPS, SOURCE, quantities
-from motionlab.paper.report import report
-from motionlab.paper.reproduce import is_reproduced, judged, reproduce, summary
-from motionlab.paper.verdict import holds, is_better, status
+from motionlab.paper.reproduce import is_reproduced, judged, report, reproduce, summary
 from tests.paths import DOCS
 
 PAGE = (DOCS / "paper.md").read_text()

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from motionlab.paper.evidence import KINDS
+from motionlab.paper.documents import KINDS
 from motionlab.paper.printed_number import PrintedNumber
 from motionlab.paper.registry import GROUPS, quantities
-from motionlab.paper.report import number
+from motionlab.paper.reproduce import number
 
 _JUDGED = {
     "value": "equal",

@@ -6,10 +6,10 @@ import math
 
 from motionlab.motor_design import equations as eq
 from motionlab.motor_design.fem.geometry import Geometry
-from motionlab.paper.document import Erratum
+from motionlab.paper.design import inductance_ratio, stack_length
+from motionlab.paper.documents import Erratum
 from motionlab.paper.experiments import Experiments
 from motionlab.paper.printed_number import step
-from motionlab.paper.sizing import inductance_ratio, stack_length
 
 _TAU, _S, _N_PAIRS = 7.2e-3, 3.6e-3, 3
 

@@ -1,20 +1,25 @@
-"""Experiments behind the rows: runs, sizing, force map, identification; each once."""
+"""Experiments behind the rows, each run once, and their curves for figures."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from motionlab.config.load import load_scenario
 from motionlab.config.shipped import data_root
+from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.motor_design.computed_maps import computed_or_kept
 from motionlab.motor_design.design import design
 from motionlab.motor_design.document import DesignDocument
 from motionlab.motor_design.fem.force_map import ForceMap, content_hash
 from motionlab.motor_design.fem.geometry import Geometry
 from motionlab.motor_design.kept_maps import MapStore, named_map
+from motionlab.paper.documents import FigureSeries, PaperFigure, Role
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.result import document
 from motionlab.simulation.run import run
@@ -23,6 +28,7 @@ from motionlab.studies.identify.experiment import identify, plan
 from motionlab.studies.montecarlo.cases import plan as plan_cases
 from motionlab.studies.montecarlo.cases import run_cases
 from motionlab.studies.montecarlo.documents import MonteCarloDocument, MonteCarloRequest
+from motionlab.telemetry.decimate import min_max
 from motionlab.telemetry.recording import Recording
 
 Progress = Callable[[float], None]
@@ -130,3 +136,63 @@ class Experiments:
                 plan(IdentifyRequest()), lambda share, _: self._progress(share)
             )
         return self._identification
+
+
+Build = Callable[[Experiments], PaperFigure]
+
+_BINS = 400
+_DIGITS = 6
+
+
+def curve(
+    label: str,
+    role: Role,
+    x: ArrayLike,
+    y: ArrayLike,
+    *,
+    kind: Literal["line", "points"] = "line",
+) -> FigureSeries:
+    """Return a curve; samples that are not finite become gaps.
+
+    Parameters
+    ----------
+    label, role, kind : str
+        See `motionlab.paper.documents.FigureSeries`.
+    x, y : array_like, shape (n,)
+        SI.
+    """
+    return FigureSeries(
+        label=label,
+        role=role,
+        kind=kind,
+        x=[_rounded(value) or 0.0 for value in np.asarray(x, dtype=float)],
+        y=[_rounded(value) for value in np.asarray(y, dtype=float)],
+    )
+
+
+def trace(
+    label: str, role: Role, samples: NDArray[np.floating], *, start: float = 0.0
+) -> FigureSeries:
+    """Return one sample a tick over time: of each bin the smallest and the largest.
+
+    Parameters
+    ----------
+    label, role : str
+        See `motionlab.paper.documents.FigureSeries`.
+    samples : ndarray, shape (ticks,)
+        SI.
+    start : float
+        Time of the first, s.
+    """
+    ticks = len(samples)
+    if ticks <= 2 * _BINS:
+        return curve(label, role, start + np.arange(ticks) * CONTROL_PERIOD, samples)
+    low, high = min_max(np.asarray(samples, dtype=np.float32)[None], _BINS)
+    size = -(-ticks // _BINS)
+    first = start + np.arange(low.shape[1]) * size * CONTROL_PERIOD
+    time = np.stack([first, first + 0.5 * size * CONTROL_PERIOD], axis=1)
+    return curve(label, role, time.ravel(), np.stack([low[0], high[0]], axis=1).ravel())
+
+
+def _rounded(value: float) -> float | None:
+    return float(f"{value:.{_DIGITS}g}") if np.isfinite(value) else None

@@ -1,4 +1,4 @@
-"""Fig. 2 and the forces of sections II-A and IV-A, against finite elements of our own."""
+"""Fig. 2, sections II-A and IV-A: forces by finite elements; friction, eqs (43) to (48)."""
 
 from __future__ import annotations
 
@@ -9,18 +9,19 @@ from numpy.typing import NDArray
 
 from motionlab.motor_design.fem.force_map import ForceMap
 from motionlab.motor_design.fem.trust import MEASURED_NOT_COMPARABLE
-from motionlab.paper.curves import Build, curve
-from motionlab.paper.document import FigureAxis, Number, PaperFigure
-from motionlab.paper.experiments import Experiments
+from motionlab.paper.documents import FigureAxis, Number, PaperFigure
+from motionlab.paper.experiments import Build, Experiments, curve
 from motionlab.paper.printed_number import (
     Compute,
     PrintedNumber,
     RowResult,
     RowSource,
+    from_identify,
     percent,
 )
+from motionlab.plant.friction import steady_friction
 
-GROUP = "forces"
+FORCES = "forces"
 I_PEAK = 10.0
 """Peak current, A."""
 
@@ -95,9 +96,9 @@ def _reason(share: float, what: str) -> str:
     )
 
 
-_fem = partial(PrintedNumber, group=GROUP, basis=_BASIS, doing=_DOING)
+_fem = partial(PrintedNumber, group=FORCES, basis=_BASIS, doing=_DOING)
 _claim = partial(_fem, kind="claim")
-_none = partial(PrintedNumber, group=GROUP, kind="no_data")
+_none = partial(PrintedNumber, group=FORCES, kind="no_data")
 
 
 def _largest(
@@ -146,7 +147,7 @@ def _error(name: str, of: str, paper: Number, printed: str, more: str = "") -> P
     )
 
 
-QUANTITIES = (
+FORCE_ROWS = (
     *_largest("thrust", 34.1, 38.4, THRUST, _thrust),
     *_largest("normal force", 380.1, 427.4, NORMAL, _normal),
     _fem(
@@ -170,7 +171,7 @@ QUANTITIES = (
     PrintedNumber(
         *("thrust-required", "II-A-2", "The thrust meets the requirement f_max"),
         *("N", 32.0, "32 N"),
-        group=GROUP,
+        group=FORCES,
         kind="claim",
         comparison="at_least",
         band=0.0,
@@ -183,7 +184,7 @@ QUANTITIES = (
     PrintedNumber(
         *("phases-at-once", "II-B", "Largest number of phases excited at once on an axis"),
         *("1", 2.0, "two on each axis"),
-        group=GROUP,
+        group=FORCES,
         kind="claim",
         comparison="value",
         band=0.0,
@@ -207,7 +208,7 @@ QUANTITIES = (
     *(
         PrintedNumber(
             *(f"fem-{name}", "II-A-2", f"{quantity} of the finite elements", unit, paper, printed),
-            group=GROUP,
+            group=FORCES,
             kind="input",
             reason=_GRID,
         )
@@ -246,7 +247,7 @@ def _figure(experiments: Experiments, name: str) -> PaperFigure:
     part = "a" if name == "thrust" else "b"
     return PaperFigure(
         id=f"fig2-{name.split(maxsplit=1)[0]}",
-        group=GROUP,
+        group=FORCES,
         title=f"Fig. 2({part}): {name}",
         about="One phase, by our finite elements, from unaligned to unaligned. The points are the "
         "peaks that the paper prints, drawn where ours peaks; its curves are printed nowhere.",
@@ -257,6 +258,74 @@ def _figure(experiments: Experiments, name: str) -> PaperFigure:
     )
 
 
-FIGURES: dict[str, Build] = {
+FORCE_FIGURES: dict[str, Build] = {
     f"fig2-{name.split()[0]}": partial(_figure, name=name) for name in ("thrust", "normal force")
+}
+
+
+FRICTION = "friction"
+
+_BAND = 0.02
+_PRINTED = {
+    "x": ("118913.2532", "1162.3000", "10.3128", "0.2399", "3.5908", "0.0436"),
+    "y": ("84737", "1493.5", "25.8778", "0.8179", "4.3917", "0.0222"),
+}
+"""Digits in the order of _WHAT."""
+_WHAT = {
+    "sigma_0": ("bristle stiffness", "N/m", "presliding"),
+    "sigma_1": ("bristle damping", "N s/m", "presliding"),
+    "sigma_2": ("viscous friction", "N s/m", "sliding"),
+    "F_c": ("Coulomb friction", "N", "sliding"),
+    "F_s": ("stiction", "N", "sliding"),
+    "v_s": ("Stribeck velocity", "m/s", "sliding"),
+}
+
+
+def _row(axis: str, name: str) -> PrintedNumber:
+    digits = _PRINTED[axis][list(_WHAT).index(name)]
+    what, unit, part = _WHAT[name]
+    equation = (43 if name.startswith("sigma") else 45) + 3 * (axis == "y")
+    return PrintedNumber(
+        *(f"friction-{axis}-{name.lower().replace('_', '')}", f"({equation})"),
+        *(f"{name}, {what}, {axis}", unit, float(digits), f"{digits} {unit}"),
+        group=FRICTION,
+        kind="recovered",
+        comparison="value",
+        band=_BAND * float(digits),
+        reason="2 %: chosen here; the identification itself is off by less than 0.1 %",
+        basis="identified on the nominal motor, whose friction is the printed one: shows that the "
+        "procedure finds it, not that the machine has it",
+        source=from_identify(f"axes.{axis}.{part}.parameters.{name}"),
+        doing="identification of friction",
+        figure=f"friction-{axis}",
+    )
+
+
+FRICTION_ROWS = tuple(_row(axis, name) for axis in "xy" for name in _WHAT)
+
+
+def _friction_figure(experiments: Experiments, axis: str) -> PaperFigure:
+    """Return the friction over velocity of an axis: measured points and the printed curve."""
+    sigma_2, F_c, F_s, v_s = (float(digits) for digits in _PRINTED[axis][2:])
+    v = np.linspace(-0.15, 0.15, 301)
+    found = experiments.identification().axes[axis].points
+    points = np.array(sorted((point.velocity, point.force) for point in found))
+    return PaperFigure(
+        id=f"friction-{axis}",
+        group=FRICTION,
+        title=f"Friction over velocity, {axis}",
+        about="Mean force command of uniform motions on the nominal motor, and the curve of the "
+        "printed parameters.",
+        x=FigureAxis(label="velocity", unit="m/s"),
+        y=FigureAxis(label="friction", unit="N"),
+        series=[
+            curve("printed parameters", "reference", v, steady_friction(v, F_c, F_s, v_s, sigma_2)),
+            curve("measured", "B", points[:, 0], points[:, 1], kind="points"),
+        ],
+        bounds=[],
+    )
+
+
+FRICTION_FIGURES: dict[str, Build] = {
+    f"friction-{axis}": partial(_friction_figure, axis=axis) for axis in "xy"
 }

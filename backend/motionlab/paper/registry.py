@@ -6,23 +6,19 @@ from collections.abc import Mapping, Sequence
 
 from motionlab.config.shipped import did_you_mean
 from motionlab.errors import ConfigError, FieldError
-from motionlab.paper import (
-    chosen_values,
-    circle,
-    forces,
-    friction,
-    motions,
-    other_machines,
-    platforms,
-    sizing,
-    stability,
-    steady_state_errors,
-    table1,
-)
-from motionlab.paper.document import PaperDocument, PaperGroup
-from motionlab.paper.evidence import KINDS
-from motionlab.paper.known_failures import known_failures
+from motionlab.paper.control import PERFORMANCE, PERFORMANCE_ROWS, STABILITY, STABILITY_ROWS
+from motionlab.paper.design import LIMITS, PLATFORM_ROWS, PLATFORMS, SIZING, SIZING_ROWS
+from motionlab.paper.documents import KINDS, PaperDocument, PaperGroup
+from motionlab.paper.forces import FORCE_ROWS, FORCES, FRICTION, FRICTION_ROWS
+from motionlab.paper.judgement import known_failures
+from motionlab.paper.motions import CIRCLE, CIRCLE_ROWS, MOTION_ROWS, MOTIONS, TABLE, TABLE_ROWS
 from motionlab.paper.printed_number import PrintedNumber
+from motionlab.paper.uncomputed import (
+    CHOSEN_VALUE_ROWS,
+    CHOSEN_VALUES,
+    OTHER_MACHINE_ROWS,
+    OTHER_MACHINES,
+)
 
 SOURCE = (
     "Huang, Cao, Peng, Wu, Liang, He, Design and Analysis of a Long-Stroke Planar Switched "
@@ -31,46 +27,44 @@ SOURCE = (
 )
 
 GROUPS = (
-    PaperGroup(id=sizing.GROUP, title="Dimensions", about="Section II-A, equations (1) to (14)"),
-    PaperGroup(id=forces.GROUP, title="Forces", about="Fig. 2, sections II-A and IV-A"),
-    PaperGroup(id=platforms.GROUP, title="Moving platforms", about="Section II-B, Fig. 3"),
+    PaperGroup(id=SIZING, title="Dimensions", about="Section II-A, equations (1) to (14)"),
+    PaperGroup(id=FORCES, title="Forces", about="Fig. 2, sections II-A and IV-A"),
+    PaperGroup(id=PLATFORMS, title="Moving platforms", about="Section II-B, Fig. 3"),
+    PaperGroup(id=LIMITS, title="Velocities and accelerations", about="Sections II-B and IV-A"),
+    PaperGroup(id=STABILITY, title="Stability proof", about="Section III-C, (25) to (38)"),
     PaperGroup(
-        id=platforms.LIMITS, title="Velocities and accelerations", about="Sections II-B and IV-A"
-    ),
-    PaperGroup(id=stability.GROUP, title="Stability proof", about="Section III-C, (25) to (38)"),
-    PaperGroup(
-        id=steady_state_errors.GROUP,
+        id=PERFORMANCE,
         title="Control performance",
         about="Sections III-D, E, (39) to (42)",
     ),
-    PaperGroup(id=friction.GROUP, title="Identified friction", about="Section IV-A, (43) to (48)"),
-    PaperGroup(id=circle.GROUP, title="Circle, compensation from 90 s on", about="Fig. 5"),
-    PaperGroup(id=table1.GROUP, title="Position errors", about="Table 1"),
-    PaperGroup(id=motions.GROUP, title="Motions", about="Section IV-A, Figs 6 to 8"),
+    PaperGroup(id=FRICTION, title="Identified friction", about="Section IV-A, (43) to (48)"),
+    PaperGroup(id=CIRCLE, title="Circle, compensation from 90 s on", about="Fig. 5"),
+    PaperGroup(id=TABLE, title="Position errors", about="Table 1"),
+    PaperGroup(id=MOTIONS, title="Motions", about="Section IV-A, Figs 6 to 8"),
     PaperGroup(
-        id=other_machines.GROUP,
+        id=OTHER_MACHINES,
         title="Other machines",
         about="Sections I, II-A and IV-B: what the paper quotes",
     ),
     PaperGroup(
-        id=chosen_values.GROUP,
+        id=CHOSEN_VALUES,
         title="Given as input",
         about="Choices, hardware and gains that the rest is computed from, so not judged",
     ),
 )
 
-_MODULES = (
-    sizing,
-    forces,
-    platforms,
-    stability,
-    steady_state_errors,
-    friction,
-    circle,
-    table1,
-    motions,
-    other_machines,
-    chosen_values,
+_ROWS = (
+    *SIZING_ROWS,
+    *FORCE_ROWS,
+    *PLATFORM_ROWS,
+    *STABILITY_ROWS,
+    *PERFORMANCE_ROWS,
+    *FRICTION_ROWS,
+    *CIRCLE_ROWS,
+    *TABLE_ROWS,
+    *MOTION_ROWS,
+    *OTHER_MACHINE_ROWS,
+    *CHOSEN_VALUE_ROWS,
 )
 
 
@@ -87,9 +81,8 @@ def quantities(only: Sequence[str] = ()) -> list[PrintedNumber]:
     ConfigError
         Naming unknown identifiers.
     """
-    every = [row for module in _MODULES for row in module.QUANTITIES]
     order = [group.id for group in GROUPS]
-    every.sort(key=lambda row: order.index(row.group))
+    every = sorted(_ROWS, key=lambda row: order.index(row.group))
     known = [*order, *(row.id for row in every)]
     if wrong := [name for name in only if name not in known]:
         raise ConfigError(

@@ -1,33 +1,211 @@
-"""Computing every row, one after another, with progress; figures and errata with them."""
+"""The computation of all rows, with progress, figures and errata, and the report as text."""
 
 from __future__ import annotations
 
+import math
+import textwrap
 from collections.abc import Callable, Mapping, Sequence
 
 from motionlab import __version__
 from motionlab.errors import MotionLabError
 from motionlab.lanes import model_hash
 from motionlab.paper import errata, figures
-from motionlab.paper.document import (
+from motionlab.paper.documents import (
+    KINDS,
+    Erratum,
     JudgedRow,
     Kind,
+    Number,
     PaperFigure,
     PartialReproduce,
     ReproduceDocument,
+    ReproduceRequest,
     RowCount,
     RowSpread,
     RowSummary,
     RowValue,
 )
-from motionlab.paper.evidence import KINDS
 from motionlab.paper.experiments import Experiments
-from motionlab.paper.known_failures import known_failures
-from motionlab.paper.loose_bands import lax
-from motionlab.paper.monte_carlo_rows import spread_of
+from motionlab.paper.judgement import holds, is_better, known_failures, lax, status
 from motionlab.paper.printed_number import PrintedNumber, RowResult
 from motionlab.paper.registry import GROUPS, SOURCE, quantities
-from motionlab.paper.request import ReproduceRequest
-from motionlab.paper.verdict import holds, is_better, status
+from motionlab.studies.montecarlo.documents import Quantiles
+
+_PEAK = "max_abs_following_error"
+
+
+def spread_of(row: PrintedNumber, experiments: Experiments) -> RowSpread | None:
+    """Return the Monte Carlo study's quantiles for a row.
+
+    Parameters
+    ----------
+    row : PrintedNumber
+        With or without a study.
+    experiments : Experiments
+        Runs it, once for each scenario.
+
+    Returns
+    -------
+    RowSpread or None
+        None without a study, or where no motor has the number.
+    """
+    asked = row.spread
+    if asked is None:
+        return None
+    document = experiments.study(asked.scenario)
+    share = None
+    quantiles: Quantiles | None
+    if asked.variant is None:
+        quantiles = document.improvement[asked.axis][asked.metric]
+    else:
+        found = document.variants[asked.variant].axes[asked.axis]
+        quantiles = found.metrics[asked.metric]
+        if asked.metric == _PEAK and row.paper is not None and row.band is not None:
+            ends = row.paper if isinstance(row.paper, tuple) else (row.paper,)
+            most = max(abs(end) for end in ends) + row.band
+            kept = [peak is not None and peak <= most for peak in found.peaks]
+            share = sum(kept) / len(kept)
+    if quantiles is None:
+        return None
+    return RowSpread(
+        what=asked.what,
+        low=quantiles.q05,
+        median=quantiles.q50,
+        high=quantiles.q95,
+        plants=quantiles.cases,
+        share=share,
+        cli=f"motionlab montecarlo {asked.scenario} --json",
+    )
+
+
+_PREFIXES = {-9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M"}
+_PREFIXED = {"m": range(-9, 1), "s": range(-9, 1), "A/m": range(7), "W": range(7), "Hz": range(7)}
+_WORDS = {
+    "holds": ("holds", "32"),
+    "fails": ("FAILS", "31;1"),
+    "known_failure": ("known failure", "31"),
+    "not_comparable": ("not comparable", "2"),
+}
+_TITLES = {kind.id: kind.title for kind in KINDS}
+_KIND = max(map(len, _TITLES.values()))
+_WIDE = 56
+_WIDTH = 120
+
+
+def report(document: ReproduceDocument, *, colour: bool = False) -> str:
+    """Return tables of printed numbers and ours, group by group, then errata and the count.
+
+    Parameters
+    ----------
+    document : ReproduceDocument
+        From `motionlab.paper.reproduce.reproduce`.
+    colour : bool
+        Whether the words of the last column are coloured too, for a terminal.
+
+    Returns
+    -------
+    str
+        Several lines.
+    """
+    lines = []
+    for group in document.groups:
+        lines += [f"{group.title} ({group.about})"]
+        lines += [_line(row, colour) for row in document.rows if row.group == group.id]
+        lines.append("")
+    for row in document.rows:
+        if row.status in {"fails", "known_failure"} or (row.holds and row.known):
+            lines += _explained(row)
+    if conflicts := [row for row in document.rows if row.conflict]:
+        lines += ["", "Printed values in conflict with each other"]
+        lines += [f"  {row.id}: {row.conflict}" for row in conflicts]
+    if lax := [row for row in document.rows if row.lax]:
+        lines += ["", "Lax: these rows would hold with nearly any model"]
+        lines += [f"  {row.id}: lax: {row.lax}" for row in lax]
+    if document.errata:
+        lines += ["", "Errata"]
+        for erratum in document.errata:
+            lines += _erratum(erratum)
+    return "\n".join([*lines, "", *_summary(document)])
+
+
+def _summary(document: ReproduceDocument) -> list[str]:
+    """Return a line on all rows and one on each kind of them."""
+    s = document.summary
+    total = (
+        f"{s.holds} hold ({s.better} better than a bound asks for, {s.lax} lax), {s.fails} fail, "
+        f"{s.known_failure} known failures, {s.not_comparable} not comparable; of these"
+    )
+    lines = [total]
+    for kind in document.kinds:
+        if count := s.kinds.get(kind.id):
+            words = (
+                (count.holds, "hold"),
+                (count.lax, "of them lax"),
+                (count.fails, "fail"),
+                (count.known_failure, "known failures"),
+                (count.not_comparable, "not comparable"),
+            )
+            counted = ", ".join(f"{n} {word}" for n, word in words if n)
+            lines.append(f"  {kind.title:{_KIND}}  {counted:40}  {kind.about}")
+    return lines
+
+
+def _line(row: JudgedRow, colour: bool) -> str:
+    word, code = _WORDS[row.status]
+    word += ", better" * bool(row.better) + ", lax" * bool(row.lax)
+    if colour:
+        word = f"\x1b[{code}m{word}\x1b[0m"
+    band = "" if row.band is None else f"+-{number(row.band, row.unit)}"
+    quantity = row.quantity if len(row.quantity) <= _WIDE else row.quantity[: _WIDE - 1] + "…"
+    paper = row.printed if row.paper is None else number(row.paper, row.unit)
+    ours = number(row.ours, row.unit)
+    state = f"{_TITLES[row.kind]:{_KIND}}  {word}"
+    return f"  {row.id:26} {quantity:{_WIDE}} {paper:>20} {ours:>20} {band:>12}  {state}"
+
+
+def _explained(row: JudgedRow) -> list[str]:
+    head = f"{row.id}: {number(row.paper, row.unit)} printed, {number(row.ours, row.unit)} ours"
+    why = row.error or row.known or row.reason
+    if row.holds:
+        why = "known_failures.toml lists it, but it holds now: remove it from that file"
+    return textwrap.wrap(f"{head}. {why}", _WIDTH, subsequent_indent="    ")
+
+
+def _erratum(erratum: Erratum) -> list[str]:
+    scanned = " (as scanned)" if erratum.as_scanned else ""
+    lines = textwrap.wrap(
+        f"{erratum.place}{scanned}: {erratum.printed}",
+        _WIDTH,
+        initial_indent="  ",
+        subsequent_indent="      ",
+    )
+    lines += textwrap.wrap(
+        f"corrected: {erratum.corrected}",
+        _WIDTH,
+        initial_indent="    ",
+        subsequent_indent="      ",
+    )
+    return lines + [f"      {step.what}: {number(step.value, step.unit)}" for step in erratum.steps]
+
+
+def number(value: Number | None, unit: str) -> str:
+    """Return a number, or both ends of a range, with an SI prefix where its unit takes one."""
+    if value is None:
+        return "-"
+    ends = value if isinstance(value, tuple) else (value,)
+    exponent = _exponent(max(abs(end) for end in ends), unit)
+    digits = " to ".join(f"{end / 10**exponent:.4g}" for end in ends)
+    return f"{digits} {_PREFIXES[exponent]}{unit if unit != '1' else ''}".rstrip()
+
+
+def _exponent(size: float, unit: str) -> int:
+    size = float(f"{size:.3e}")
+    if size == 0.0 or unit not in _PREFIXED:
+        return 0
+    third = 3 * math.floor(math.log10(size) / 3)
+    allowed = [e for e in _PREFIXES if e in _PREFIXED[unit]]
+    return min(max(third, allowed[0]), allowed[-1])
+
 
 Progress = Callable[[float, PartialReproduce | None], None]
 """Takes the share done, 0 to 1, and the rows so far when they have changed."""

@@ -10,7 +10,7 @@ from motionlab.reports.tables import on_terminal
 from motionlab.studies.study import Study, StudyCommand, lazy
 
 if TYPE_CHECKING:
-    from motionlab.paper.document import ReproduceDocument
+    from motionlab.paper.documents import ReproduceDocument
 
 _EXAMPLES = """\
 examples:
@@ -33,9 +33,9 @@ class ReproduceStudy(Study):
     operation = "reproduce"
     tag = "paper"
     report_name = "ReproduceJob"
-    request_model = lazy("paper.request:ReproduceRequest")
-    document_model = lazy("paper.document:ReproduceDocument")
-    partial_model = lazy("paper.document:PartialReproduce")
+    request_model = lazy("paper.documents:ReproduceRequest")
+    document_model = lazy("paper.documents:ReproduceDocument")
+    partial_model = lazy("paper.documents:PartialReproduce")
     planner = lazy("paper.reproduce:plan")
     run = lazy("paper.reproduce:reproduce")
     has_failed = lazy("paper.reproduce:has_failed")
@@ -56,7 +56,7 @@ class ReproduceStudy(Study):
 
     def report(self, found: ReproduceDocument) -> str:
         """Return rows and errata as tables, in colour on a terminal."""
-        from motionlab.paper.report import report
+        from motionlab.paper.reproduce import report
 
         return report(found, colour=on_terminal() and not os.environ.get("NO_COLOR"))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fastapi import APIRouter, Request, Response
 
-from motionlab.paper.document import PaperDocument
+from motionlab.paper.documents import PaperDocument
 from motionlab.server.http.problems import responses
 from motionlab.server.http.strict_json import JsonRoute
 from motionlab.server.worker_answers import computed

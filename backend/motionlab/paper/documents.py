@@ -1,8 +1,8 @@
-"""Document of the paper's numbers: rows, figures and errata, for REST and ``--json``."""
+"""Request and documents of the reproduction of the paper's numbers."""
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -12,7 +12,7 @@ Comparison = Literal["value", "at_most", "at_least", "within", "none"]
 Status = Literal["holds", "fails", "known_failure", "not_comparable"]
 
 Kind = Literal["printed", "claim", "formula", "recovered", "arithmetic", "fit", "input", "no_data"]
-"""Kind of a row's evidence: `motionlab.paper.evidence.KINDS` explains each."""
+"""Kind of a row's evidence: `motionlab.paper.documents.KINDS` explains each."""
 
 Number = float | tuple[float, float]
 """One number, or the two ends of a range."""
@@ -233,3 +233,68 @@ class PartialReproduce(_Document):
     rows: list[JudgedRow]
     figures: list[PaperFigure]
     errata: list[Erratum]
+
+
+_ONLY_MAX = 500
+
+
+class _Names:
+    """Lists the available names in the schema, on demand.
+
+    Unknown names are refused by `quantities`, with a suggestion.
+    """
+
+    def __get_pydantic_json_schema__(self, core: Any, handler: Any) -> dict[str, Any]:
+        from motionlab.paper.registry import GROUPS, quantities
+
+        names = [*(group.id for group in GROUPS), *(row.id for row in quantities())]
+        items = {"type": "string", "enum": names}
+        return {"type": "array", "items": items, "maxItems": _ONLY_MAX}
+
+
+class ReproduceRequest(BaseModel):
+    """Which of the paper's numbers are computed."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    only: Annotated[list[str], _Names()] = Field(
+        default_factory=list,
+        max_length=_ONLY_MAX,
+        description="Identifiers of rows or of groups; everything, with the errata, when empty",
+    )
+
+
+KINDS = (
+    PaperKind(
+        id="printed", title="printed value", about="A value or range that is printed, beside ours"
+    ),
+    PaperKind(id="claim", title="claim", about="What the text claims in words, beside ours"),
+    PaperKind(
+        id="formula",
+        title="formula",
+        about="A formula is printed: what it gives for the circle's gains, beside our run",
+    ),
+    PaperKind(
+        id="recovered",
+        title="recovered input",
+        about="The motor was given the printed value, an experiment finds it again: this tests the "
+        "experiment, not the machine",
+    ),
+    PaperKind(
+        id="arithmetic",
+        title="arithmetic",
+        about="Other printed numbers put into a formula: it proves nothing of a machine",
+    ),
+    PaperKind(id="fit", title="fit", about="Ours was fitted to what is printed: it proves nothing"),
+    PaperKind(
+        id="input",
+        title="input",
+        about="Chosen by the paper, or given by its machine: no result of it",
+    ),
+    PaperKind(
+        id="no_data",
+        title="no data",
+        about="A result that the paper prints without what it would take to compute it",
+    ),
+)
+"""Every kind, in the order in which they are counted; only the last two are not comparable."""
