@@ -200,10 +200,10 @@ def _along(axis: str, name: str) -> RowSource:
     """Return one number of the terms along that circle."""
 
     def compute(experiments: Experiments) -> RowResult:
-        found = published(experiments, axis)
-        if found is None:
+        proof = published(experiments, axis)
+        if proof is None:
             return RowResult(None, error="it diverged")
-        return RowResult(getattr(found, name))
+        return RowResult(getattr(proof, name))
 
     return RowSource(compute, by_run("circle-published-k", NOISELESS))
 
@@ -322,16 +322,16 @@ def response(run: Run, axis: str) -> complex:
 
 def _amplitude(axis: str) -> Compute:
     def compute(experiments: Experiments) -> RowResult:
-        found = response(experiments.run("circle", NO_FRICTION), axis)
-        return RowResult(abs(found) * _RADIUS)
+        gain = response(experiments.run("circle", NO_FRICTION), axis)
+        return RowResult(abs(gain) * _RADIUS)
 
     return compute
 
 
 def _phase(axis: str) -> Compute:
     def compute(experiments: Experiments) -> RowResult:
-        found = response(experiments.run("circle", NO_FRICTION), axis)
-        return RowResult(float(np.angle(found)) % (2.0 * math.pi))
+        gain = response(experiments.run("circle", NO_FRICTION), axis)
+        return RowResult(float(np.angle(gain)) % (2.0 * math.pi))
 
     return compute
 
@@ -339,8 +339,8 @@ def _phase(axis: str) -> Compute:
 def _crossover(axis: str) -> Compute:
     def compute(_: Experiments) -> RowResult:
         loop = linearise(load_scenario("circle", NO_FRICTION), "A", axis, v=0.02)
-        found = margins(loop.open).crossover
-        return RowResult(None if found is None else 2.0 * math.pi * found)
+        crossover = margins(loop.open).crossover
+        return RowResult(None if crossover is None else 2.0 * math.pi * crossover)
 
     return compute
 

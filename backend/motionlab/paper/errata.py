@@ -116,19 +116,19 @@ def bristle_error(_: Experiments) -> Erratum:
 
 def semidefinite(experiments: Experiments) -> Erratum:
     """Return that V is zero away from the origin, and rises."""
-    found = published(experiments, "x")
+    proof = published(experiments, "x")
     e, e_z = 10e-6, 0.0
     V = 0.5 * (e * e_z) ** 2
     steps = [step("V at e = 10 um, e_z = 0", V, "m^4")]
     shown = V == 0.0
-    if found is not None:
+    if proof is not None:
         steps += [
-            step("largest e_z where e passes through zero, x", found.zero_error_bristle, "m"),
-            step("share of the time at which V rises, x", found.rising_share, "1"),
-            step("V at the start of the window", float(found.V[0]), "m^4"),
-            step("largest V after it", float(found.V.max()), "m^4"),
+            step("largest e_z where e passes through zero, x", proof.zero_error_bristle, "m"),
+            step("share of the time at which V rises, x", proof.rising_share, "1"),
+            step("V at the start of the window", float(proof.V[0]), "m^4"),
+            step("largest V after it", float(proof.V.max()), "m^4"),
         ]
-        shown = shown and found.zero_error_bristle > 0.0 and found.rising_share > 0.0
+        shown = shown and proof.zero_error_bristle > 0.0 and proof.rising_share > 0.0
     return Erratum(
         id="eq37",
         place="(30), (37), (38)",

@@ -224,13 +224,13 @@ def of_group(
     else:
         every = {name: build for builds in FIGURES.values() for name, build in builds.items()}
         builds = {row.figure: every[row.figure] for row in rows if row.figure is not None}
-    found = []
+    group_figures = []
     for build in builds.values():
         try:
-            found.append(build(experiments))
+            group_figures.append(build(experiments))
         except MotionLabError:
             continue
-    return found
+    return group_figures
 
 
 def _fig5(experiments: Experiments, axis: str) -> PaperFigure:
@@ -288,18 +288,18 @@ def _stair(experiments: Experiments, axis: str) -> PaperFigure:
 
 
 def _lyapunov(experiments: Experiments, axis: str) -> PaperFigure:
-    found = published(experiments, axis)
+    proof = published(experiments, axis)
     series: list[FigureSeries] = []
-    if found is not None:
+    if proof is not None:
         lap = to_ticks(1.0)
-        places = found.singular_places[found.singular_places < lap]
+        places = proof.singular_places[proof.singular_places < lap]
         series = [
-            curve("V", "B", found.time[:lap:2], np.where(found.V > 0.0, found.V, np.nan)[:lap:2]),
+            curve("V", "B", proof.time[:lap:2], np.where(proof.V > 0.0, proof.V, np.nan)[:lap:2]),
             curve(
                 "K singular",
                 "printed",
-                found.time[places],
-                found.V[places],
+                proof.time[places],
+                proof.V[places],
                 kind="points",
             ),
         ]

@@ -308,8 +308,8 @@ def _friction_figure(experiments: Experiments, axis: str) -> PaperFigure:
     """Return the friction over velocity of an axis: measured points and the printed curve."""
     sigma_2, F_c, F_s, v_s = (float(digits) for digits in _PRINTED[axis][2:])
     v = np.linspace(-0.15, 0.15, 301)
-    found = experiments.identification().axes[axis].points
-    points = np.array(sorted((point.velocity, point.force) for point in found))
+    identified = experiments.identification().axes[axis].points
+    points = np.array(sorted((point.velocity, point.force) for point in identified))
     return PaperFigure(
         id=f"friction-{axis}",
         group=FRICTION,

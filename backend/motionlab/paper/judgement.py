@@ -172,12 +172,12 @@ def known_failures(path: Path | None = None) -> Mapping[str, str]:
     """
     path = FILE if path is None else path
     try:
-        found = tomllib.loads(path.read_text(encoding="utf-8"))
+        reasons = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise StoreError(f"{path} cannot be read: {error.strerror or error}") from None
     except ValueError as error:  # not UTF-8, not TOML, or a row that comes twice
         raise StoreError(f"{path} is not valid TOML: {error}") from None
-    for row, reason in found.items():
+    for row, reason in reasons.items():
         if not isinstance(reason, str):
             raise StoreError(f"{path}: {row} needs a reason in quotes")
-    return found
+    return reasons

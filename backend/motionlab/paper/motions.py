@@ -351,7 +351,7 @@ def _accelerations(experiments: Experiments) -> RowResult:
     )
 
 
-_said = partial(accuracy, paper=1.6e-6, place=_TEXT, group=MOTIONS, reason=A_LAW)
+_text_claim = partial(accuracy, paper=1.6e-6, place=_TEXT, group=MOTIONS, reason=A_LAW)
 
 MOTION_ROWS = (
     PrintedNumber(
@@ -373,14 +373,14 @@ MOTION_ROWS = (
         doing="trapezoid-y",
         figure="fig6-acceleration",
     ),
-    _said(
+    _text_claim(
         *("y-steady-state-trapezoid", "Steady-state error, trapezoid"),
         run=("trapezoid-y", "y"),
         band=TRAPEZOID + COUNT,
         figure="fig6-error",
         note="Table 1 says 1.5 um of the same motion; the figure of trapezoid-y once more",
     ),
-    _said(
+    _text_claim(
         *("y-steady-state-staircase", "Steady-state error, staircase"),
         run=("stair-y-50mm", "y"),
         band=STAIRCASE + COUNT,

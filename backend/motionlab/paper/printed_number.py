@@ -250,8 +250,10 @@ def from_identify(find: str) -> RowSource:
     """Return a computation that reads a parameter from the identification."""
 
     def compute(experiments: Experiments) -> RowResult:
-        found = look_up(experiments.identification().model_dump(), find)
-        return RowResult(found["value"], {"low end, 95 %": found["low"], "high end": found["high"]})
+        parameter = look_up(experiments.identification().model_dump(), find)
+        return RowResult(
+            parameter["value"], {"low end, 95 %": parameter["low"], "high end": parameter["high"]}
+        )
 
     return RowSource(compute, _recipe("identify", "identify", {}, [f"{find}.value"]))
 

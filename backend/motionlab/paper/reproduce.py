@@ -49,32 +49,32 @@ def spread_of(row: PrintedNumber, experiments: Experiments) -> RowSpread | None:
     RowSpread or None
         None without a study, or where no motor has the number.
     """
-    asked = row.spread
-    if asked is None:
+    spread = row.spread
+    if spread is None:
         return None
-    document = experiments.study(asked.scenario)
+    document = experiments.study(spread.scenario)
     share = None
     quantiles: Quantiles | None
-    if asked.variant is None:
-        quantiles = document.improvement[asked.axis][asked.metric]
+    if spread.variant is None:
+        quantiles = document.improvement[spread.axis][spread.metric]
     else:
-        found = document.variants[asked.variant].axes[asked.axis]
-        quantiles = found.metrics[asked.metric]
-        if asked.metric == _PEAK and row.paper is not None and row.band is not None:
+        statistics = document.variants[spread.variant].axes[spread.axis]
+        quantiles = statistics.metrics[spread.metric]
+        if spread.metric == _PEAK and row.paper is not None and row.band is not None:
             ends = row.paper if isinstance(row.paper, tuple) else (row.paper,)
             most = max(abs(end) for end in ends) + row.band
-            kept = [peak is not None and peak <= most for peak in found.peaks]
+            kept = [peak is not None and peak <= most for peak in statistics.peaks]
             share = sum(kept) / len(kept)
     if quantiles is None:
         return None
     return RowSpread(
-        what=asked.what,
+        what=spread.what,
         low=quantiles.q05,
         median=quantiles.q50,
         high=quantiles.q95,
         plants=quantiles.cases,
         share=share,
-        cli=f"motionlab montecarlo {asked.scenario} --json",
+        cli=f"motionlab montecarlo {spread.scenario} --json",
     )
 
 
@@ -250,23 +250,23 @@ def plan(request: ReproduceRequest, source: object = None) -> list[str]:
     return request.only
 
 
-def has_failed(found: ReproduceDocument) -> bool:
+def has_failed(document: ReproduceDocument) -> bool:
     """Return whether a row fails, or a known failure now holds."""
-    return not is_reproduced(found)
+    return not is_reproduced(document)
 
 
 class _Reproduction:
     """One computation of the rows."""
 
     def __init__(self, only: Sequence[str], progress: Progress | None) -> None:
-        self.wanted = quantities(only)
+        self.quantities = quantities(only)
         self.whole = not only
         self.known = known_failures()
         self.progress = progress
         self.doing = ""
         self.done = 0.0
-        self.pending: dict[str, float] = {q.doing: _cost(q) for q in self.wanted if q.source}
-        self.pending |= {_study(q): _STUDY for q in self.wanted if q.spread}
+        self.pending: dict[str, float] = {q.doing: _cost(q) for q in self.quantities if q.source}
+        self.pending |= {_study(q): _STUDY for q in self.quantities if q.spread}
         self.total = sum(self.pending.values()) + _QUICK
         self.rows: list[JudgedRow] = []
         self.figures: list[PaperFigure] = []
@@ -274,14 +274,16 @@ class _Reproduction:
 
     def document(self) -> ReproduceDocument:
         for group in GROUPS:
-            wanted = [q for q in self.wanted if q.group == group.id]
-            for quantity in wanted:
+            group_rows = [q for q in self.quantities if q.group == group.id]
+            for quantity in group_rows:
                 self.rows.append(self._row(quantity))
-            self.figures += figures.of_group(group.id, wanted, self.experiments, whole=self.whole)
+            self.figures += figures.of_group(
+                group.id, group_rows, self.experiments, whole=self.whole
+            )
             self._tell()
             self.experiments.forget_long_runs()
         self.doing = "errata"
-        found = errata.errata(self.experiments) if self.whole else []
+        all_errata = errata.errata(self.experiments) if self.whole else []
         return ReproduceDocument(
             version=__version__,
             model=model_hash(),
@@ -290,25 +292,25 @@ class _Reproduction:
             kinds=list(KINDS),
             rows=self.rows,
             figures=self.figures,
-            errata=found,
+            errata=all_errata,
             summary=summary(self.rows),
         )
 
     def _row(self, quantity: PrintedNumber) -> JudgedRow:
         self.doing = quantity.doing
-        found = RowResult(None)
+        result = RowResult(None)
         if quantity.source is not None:
             try:
-                found = quantity.source.compute(self.experiments)
+                result = quantity.source.compute(self.experiments)
             except MotionLabError as error:
-                found = RowResult(None, error=str(error))
+                result = RowResult(None, error=str(error))
             self.done += self.pending.pop(quantity.doing, 0.0)
         spread = None
         if quantity.spread is not None:
             self.doing = _study(quantity)
             spread = spread_of(quantity, self.experiments)
             self.done += self.pending.pop(self.doing, 0.0)
-        row = judged(quantity, found, self.known, spread)
+        row = judged(quantity, result, self.known, spread)
         self._tell(row)
         return row
 
@@ -333,7 +335,7 @@ def _study(quantity: PrintedNumber) -> str:
 
 def judged(
     quantity: PrintedNumber,
-    found: RowResult,
+    result: RowResult,
     known: Mapping[str, str],
     spread: RowSpread | None = None,
 ) -> JudgedRow:
@@ -353,24 +355,24 @@ def judged(
     held = better = None
     too_easy = ""
     if quantity.comparison != "none" and quantity.paper is not None and quantity.band is not None:
-        if found.ours is None:
+        if result.ours is None:
             held = False  # a number that could not be computed does not hold
         else:
-            judge = {"paper": quantity.paper, "ours": found.ours, "band": quantity.band}
+            judge = {"paper": quantity.paper, "ours": result.ours, "band": quantity.band}
             held = holds(quantity.comparison, **judge)
             better = is_better(quantity.comparison, **judge)
             too_easy = lax(quantity.comparison, **judge, rival=quantity.rival) if held else ""
-    error = found.error
-    if held is False and found.ours is None and error is None:
+    error = result.error
+    if held is False and result.ours is None and error is None:
         error = "nothing was computed"
     return JudgedRow(
         **quantity.row(known).model_dump(),
-        ours=found.ours,
+        ours=result.ours,
         holds=held,
         status=status(held, known=quantity.id in known),
         better=better,
         lax=too_easy,
-        values=[RowValue(label=label, value=value) for label, value in found.values.items()],
+        values=[RowValue(label=label, value=value) for label, value in result.values.items()],
         monte_carlo=spread,
         error=error,
     )
@@ -383,7 +385,7 @@ def summary(rows: Sequence[JudgedRow]) -> RowSummary:
     }
     return RowSummary(
         **_count(rows).model_dump(),
-        kinds={kind: _count(found) for kind, found in of.items() if found},
+        kinds={kind: _count(of_kind) for kind, of_kind in of.items() if of_kind},
         come_to_hold=[row.id for row in rows if row.holds and row.known is not None],
     )
 

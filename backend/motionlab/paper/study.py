@@ -54,11 +54,11 @@ class ReproduceStudy(Study):
         title="reproduce",
     )
 
-    def report(self, found: ReproduceDocument) -> str:
+    def report(self, result: ReproduceDocument) -> str:
         """Return rows and errata as tables, in colour on a terminal."""
         from motionlab.paper.reproduce import report
 
-        return report(found, colour=on_terminal() and not os.environ.get("NO_COLOR"))
+        return report(result, colour=on_terminal() and not os.environ.get("NO_COLOR"))
 
     def add_options(self, parser: argparse.ArgumentParser) -> None:
         """Add the choice of rows."""

@@ -167,15 +167,15 @@ _TUNED = (
 )
 
 
-_given = partial(PrintedNumber, group=CHOSEN_VALUES, kind="input")
+_input = partial(PrintedNumber, group=CHOSEN_VALUES, kind="input")
 
 CHOSEN_VALUE_ROWS = (
     *(
-        _given(row_id, place, quantity, unit, paper, printed, reason=reason)
+        _input(row_id, place, quantity, unit, paper, printed, reason=reason)
         for row_id, place, quantity, paper, unit, printed, reason in _GIVEN
     ),
     *(
-        _given(
+        _input(
             *(f"gain-{name}-{axis}-{symbol}", "Table 1", f"k_{axis}{symbol} of the {what}"),
             *(unit, value * 1e3, f"{value:{digits}} {printed_unit}"),
             reason=_TUNED,

@@ -67,14 +67,14 @@ class MapStudy(Study):
         """Return the map that was computed before, or refuse another where there is no room."""
         from motionlab.motor_design.computed_maps import kept_maps
 
-        found = kept_maps().find(plan.geometry, plan.preset)
-        if found is None:
+        force_map = kept_maps().find(plan.geometry, plan.preset)
+        if force_map is None:
             kept_maps().check_room()
-        return found
+        return force_map
 
-    def text(self, found: ForceMap) -> str:
+    def text(self, result: ForceMap) -> str:
         """Return the map's file."""
-        return found.text().rstrip("\n")
+        return result.text().rstrip("\n")
 
     def add_options(self, parser: argparse.ArgumentParser) -> None:
         """Add preset, fit and the file to write."""
@@ -111,12 +111,12 @@ class MapStudy(Study):
             print("motionlab: this map was computed before", file=sys.stderr)
         return super().before(plan, options)
 
-    def after(self, found: ForceMap, options: argparse.Namespace) -> None:
+    def after(self, result: ForceMap, options: argparse.Namespace) -> None:
         """Write the file of ``--out``, and say where the map is kept and by which name."""
         from motionlab.motor_design.computed_maps import kept_maps
 
-        super().after(found, options)
-        name = found.document.content_hash
+        super().after(result, options)
+        name = result.document.content_hash
         if is_told():
             print(
                 f"motionlab: kept in {kept_maps().folder}; in a motor: "
@@ -131,5 +131,7 @@ def _fit(options: argparse.Namespace) -> str:
     if options.assignments or options.out is not None:
         wrong = "--set" if options.assignments else "--out"
         raise ConfigError(FieldError(wrong, "does not go with --fit, which reads a stored map"))
-    found = fit(options.fit)
-    return json.dumps(found.model_dump(), allow_nan=False) if options.json else fit_report(found)
+    document = fit(options.fit)
+    return (
+        json.dumps(document.model_dump(), allow_nan=False) if options.json else fit_report(document)
+    )

@@ -78,6 +78,6 @@ def source(options: argparse.Namespace) -> str | Path | dict[str, Any]:
     return name
 
 
-def given(options: argparse.Namespace, *names: str) -> dict[str, Any]:
+def set_options(options: argparse.Namespace, *names: str) -> dict[str, Any]:
     """Return the options on the command line; omitted ones keep their defaults."""
     return {name: value for name in names if (value := getattr(options, name)) is not None}

@@ -78,5 +78,5 @@ class PlatformStudy(Study):
         """Return the request of the options."""
         from motionlab.config.changes import as_tables
 
-        given = {"axis": options.axis} | ({"map.name": options.map} if options.map else {})
-        return as_tables(given | changes)
+        request = {"axis": options.axis} | ({"map.name": options.map} if options.map else {})
+        return as_tables(request | changes)

@@ -151,8 +151,8 @@ class Study:
         Infeasible
             If the motor cannot follow the motion.
         """
-        wanted = self.read(request)
-        return wanted if self.planner is None else self.planner(wanted, source)
+        checked = self.read(request)
+        return checked if self.planner is None else self.planner(checked, source)
 
     def run(self, plan: Any, progress: Progress) -> Any:
         """Carry a plan out; returns the plan itself if checking is all.
@@ -164,9 +164,9 @@ class Study:
         """
         return plan
 
-    def report(self, found: Any) -> str:
+    def report(self, result: Any) -> str:
         """Return the result as text; the document where there is no report."""
-        return self.text(found)
+        return self.text(result)
 
     def excess(self, plan: Any, bounds: RequestLimits) -> list[FieldError]:
         """Return the limit that a plan exceeds, if any."""
@@ -176,9 +176,9 @@ class Study:
         """Return an earlier result of the same request, if stored."""
         return None
 
-    def document(self, found: Any) -> Any:
+    def document(self, result: Any) -> Any:
         """Return the document of a result."""
-        return found
+        return result
 
     def add_options(self, parser: argparse.ArgumentParser) -> None:
         """Add the options of its command other than scenario, ``--set`` and ``--json``."""
@@ -199,18 +199,18 @@ class Study:
             self.check_target(options.out, *self.suffixes)
         return None
 
-    def after(self, found: Any, options: argparse.Namespace) -> None:
+    def after(self, result: Any, options: argparse.Namespace) -> None:
         """Write the file of ``--out``."""
         if getattr(options, "out", None) is not None:
-            self.write(found, options.out)
+            self.write(result, options.out)
 
-    def text(self, found: Any) -> str:
+    def text(self, result: Any) -> str:
         """Return the document as JSON, as ``--json`` prints it."""
         return json.dumps(
-            self.document(found).model_dump(mode="json", by_alias=True), allow_nan=False
+            self.document(result).model_dump(mode="json", by_alias=True), allow_nan=False
         )
 
-    def has_failed(self, found: Any) -> bool:
+    def has_failed(self, result: Any) -> bool:
         """Return whether the command ends with exit code 1."""
         return False
 

@@ -26,7 +26,11 @@ from motionlab.studies.identify.documents import (
     Point,
     read_request,
 )
-from motionlab.studies.identify.experiment import identified, plan_of, planned
+from motionlab.studies.identify.experiment import (
+    plan_identification,
+    plan_of,
+    run_identification,
+)
 from motionlab.studies.identify.fit import Fitted, stribeck_curve
 from motionlab.studies.identify.record.fit import RecordFit
 from motionlab.studies.identify.record.identify import contradiction, to_apply
@@ -63,7 +67,9 @@ def rig(_data: None, tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 def found(run: str, **record: Any) -> AxisIdentification:
-    document = identified(planned(read_request({"run": run, "axis": "x", "record": record})))
+    document = run_identification(
+        plan_identification(read_request({"run": run, "axis": "x", "record": record}))
+    )
     assert document.run == run
     return document.axes["x"]
 
@@ -140,7 +146,7 @@ def test_motion_one_way_does_not_tell_coulomb_friction_from_a_pull(tmp_path: Pat
     assert sliding["sigma_2"].high is not None
     assert axis.presliding is None
     assert any("moves one way only" in w for w in axis.warnings), axis.warnings
-    document = identified(planned(read_request({"run": run, "axis": "x"})))
+    document = run_identification(plan_identification(read_request({"run": run, "axis": "x"})))
     assert {path.rsplit(".", maxsplit=1)[-1] for path in document.set} == {"v_s", "sigma_2"}
 
 
@@ -170,7 +176,7 @@ def told(tmp_path: Path, force: Array, name: str = "Kraft [N]") -> Identificatio
     """Return what is identified from the position of the rig and another force."""
     columns = {key: values for key, values in channels().items() if key[0] in "tx"}
     run = imported(tmp_path, columns | {name: force})
-    document = identified(planned(read_request({"run": run, "axis": "x"})))
+    document = run_identification(plan_identification(read_request({"run": run, "axis": "x"})))
     json.dumps(document.model_dump(mode="json"), allow_nan=False)
     return document
 
@@ -209,7 +215,7 @@ def test_what_a_record_does_not_determine_is_not_applied(tmp_path: Path) -> None
         (1.0 + 1e-3 * rng.standard_normal(4000), "F_c, F_s, sigma_2"),
     ):
         run = imported(tmp_path, columns | {"force_command_x [N]": force})
-        document = identified(planned(read_request({"run": run, "axis": "x"})))
+        document = run_identification(plan_identification(read_request({"run": run, "axis": "x"})))
         axis = document.axes["x"]
         assert document.set == {}
         assert [w for w in axis.warnings if w.startswith("not applied")] == [
@@ -246,7 +252,7 @@ def moved_by(changes: dict[str, float], axis: str = "x") -> AxisIdentification:
     motor: dict[str, Any] = {"trajectory": SLOW_AND_FAST, **changes}
     prepared = prepare(load_scenario("circle", motor))
     run = library().keep(prepared, play("circle", motor).recording, {}, name="other motor")
-    document = identified(planned(read_request({"run": run.id, "axis": axis})))
+    document = run_identification(plan_identification(read_request({"run": run.id, "axis": axis})))
     return document.axes[axis]
 
 
@@ -332,17 +338,17 @@ def test_wrong_input_is_refused_before_anything_is_read(
     rig: str, record: dict[str, Any], axis: str, loc: str, message: str
 ) -> None:
     with pytest.raises(ConfigError) as refused:
-        planned(read_request({"run": rig, "axis": axis, "record": record}))
+        plan_identification(read_request({"run": rig, "axis": axis, "record": record}))
     error = refused.value.errors[0]
     assert (error.loc, message in error.message) == (loc, True), str(error)
 
 
 def test_a_run_that_is_not_there_or_too_slow(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="no run"):
-        planned(read_request({"run": "r-aaaaaaaaaaaa"}))
+        plan_identification(read_request({"run": "r-aaaaaaaaaaaa"}))
     slow = {name: values[::50] for name, values in channels().items()}
     with pytest.raises(ConfigError, match="sampled too slowly"):
-        planned(read_request({"run": imported(tmp_path, slow)}))
+        plan_identification(read_request({"run": imported(tmp_path, slow)}))
 
 
 @pytest.mark.parametrize("samples", [2, 39, 40, 41, 80])
@@ -361,16 +367,16 @@ def test_a_run_that_is_deleted_or_still_recorded(
     library().index.put(begun)
     monkeypatch.setattr(Library, "finish", lambda *_: None)  # its session goes on
     with pytest.raises(ConfigError, match="is being recorded: it can be read when"):
-        planned(read_request({"run": begun.id}))
+        plan_identification(read_request({"run": begun.id}))
     library().delete(run)
     with pytest.raises(ConfigError, match="it is deleted"):
-        planned(read_request({"run": run}))
+        plan_identification(read_request({"run": run}))
 
 
 def test_the_plan_and_the_command(
     rig: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    plan = plan_of(planned(read_request({"run": rig})), 100.0)
+    plan = plan_of(plan_identification(read_request({"run": rig})), 100.0)
     assert list(plan.record) == ["x"]
     assert (plan.record["x"].force, plan.record["x"].rate) == ("currents", pytest.approx(2000.0))
     options = ["--run", rig, "--axis", "x", "--mass", str(MASS), "--from", "1", "--to", "20"]

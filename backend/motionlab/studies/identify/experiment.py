@@ -53,7 +53,7 @@ from motionlab.studies.identify.report import (
     known_document,
     ramp_document,
 )
-from motionlab.studies.identify.rig import Rig, compared, record
+from motionlab.studies.identify.rig import Rig, compare_models, record
 from motionlab.studies.identify.sliding import (
     Doubt,
     UniformMotion,
@@ -151,14 +151,14 @@ def plan_document(experiment: Experiment, simulated_time_max: float) -> PlanDocu
     PlanDocument
         Motions of each axis, and the time of all.
     """
-    rig, asked = experiment.rig, experiment.request.presliding
+    rig, options = experiment.rig, experiment.request.presliding
     ticks, ramps = experiment.ticks, 0
-    if asked.enabled:
-        each = 2 * asked.places
-        ramps = each * len(asked.rates) * len(experiment.motions)
+    if options.enabled:
+        each = 2 * options.places
+        ramps = each * len(options.rates) * len(experiment.motions)
         for axis in experiment.motions:
-            force_max = asked.share * rig.identified_model(axis).friction.F_s
-            ticks += each * sum(ramp_ticks(force_max, rate) for rate in asked.rates)
+            force_max = options.share * rig.identified_model(axis).friction.F_s
+            ticks += each * sum(ramp_ticks(force_max, rate) for rate in options.rates)
     return PlanDocument(
         simulated_time=ticks * CONTROL_PERIOD,
         simulated_time_max=simulated_time_max,
@@ -242,7 +242,7 @@ class _Execution:
         self.spent = 0
         self.points: dict[str, list[Point]] = {}
         self.motions: dict[str, list[int]] = {}
-        self.found: dict[str, AxisIdentification] = {}
+        self.results: dict[str, AxisIdentification] = {}
         self.known = {
             axis: known_document(self.rig, axis, self.rig.scenario) for axis in self.planned
         }
@@ -253,8 +253,8 @@ class _Execution:
         scenario = self.rig.scenario
         changes: dict[str, float] = {}
         for axis in self.planned:
-            self.found[axis], found = self._axis(axis)
-            changes |= found
+            self.results[axis], identified_changes = self._axis(axis)
+            changes |= identified_changes
         comparison = self._compare(changes) if self.request.compare and changes else None
         return IdentificationDocument(
             scenario=scenario.name,
@@ -265,7 +265,7 @@ class _Execution:
             variant=self.rig.variant,
             apply_to=self.rig.apply_to,
             simulated_time=self.spent * CONTROL_PERIOD,
-            axes=self.found,
+            axes=self.results,
             set=changes,
             comparison=comparison,
         )
@@ -285,7 +285,7 @@ class _Execution:
             motion=np.array(self.motions[axis]),
             time=np.array([point.pitches / abs(point.velocity) for point in points]),
         )
-        found = {name: sliding[name] for name in ("F_c", "F_s", "v_s", "sigma_2")}
+        friction = {name: sliding[name] for name in ("F_c", "F_s", "v_s", "sigma_2")}
         presliding: Fitted | None = None
         ramps: list[ForceRamp] = []
         if self.request.presliding.enabled:
@@ -303,10 +303,10 @@ class _Execution:
                 presliding, ramps, doubts = self._ramp(axis, sliding)
                 warnings += doubts
                 warnings += self._mass_doubted(axis, presliding)
-                found |= {name: presliding[name] for name in ("sigma_0", "sigma_1")}
+                friction |= {name: presliding[name] for name in ("sigma_0", "sigma_1")}
         path = f"variants.{self.rig.apply_to}.controller.model.{axis}.friction."
-        if is_a_model(found, self.rig.identified_model(axis).friction):
-            changes = {path + name: value for name, value in found.items()}
+        if is_a_model(friction, self.rig.identified_model(axis).friction):
+            changes = {path + name: value for name, value in friction.items()}
         else:
             changes = {}
             warnings.append("the controller's model cannot take these numbers: none is in `set`")
@@ -348,20 +348,20 @@ class _Execution:
 
     def _ramp(self, axis: str, sliding: Fitted) -> tuple[Fitted, list[ForceRamp], list[str]]:
         """Carry out the force ramps of an axis and fit them."""
-        asked = self.request.presliding
+        options = self.request.presliding
         mass = self.rig.model(axis).mass
-        force_max = asked.share * _stiction_left(sliding)
+        force_max = options.share * _stiction_left(sliding)
         warnings = [
             f"a ramp of {rate:g} N/s is slower than {SLOWEST:g} N/s: ripple, noise and creep "
             "add to what it moves"
-            for rate in asked.rates
+            for rate in options.rates
             if rate < SLOWEST
         ]
         doubts: list[Doubt] = []
-        ways: dict[int, list[Any]] = {place: [] for place in range(asked.places)}
-        thrusts: dict[int, list[Any]] = {place: [] for place in range(asked.places)}
+        ways: dict[int, list[Any]] = {place: [] for place in range(options.places)}
+        thrusts: dict[int, list[Any]] = {place: [] for place in range(options.places)}
         ramps = plan_ramps(
-            self.rig, axis, force_max=force_max, rates=asked.rates, places=asked.places
+            self.rig, axis, force_max=force_max, rates=options.rates, places=options.places
         )
         for index, ramp in enumerate(ramps):
             self._stand(axis, "presliding", index, len(ramps))
@@ -390,21 +390,21 @@ class _Execution:
         drawn = [
             ramp_document(rate, newtons.mean(axis=1), measured, moved)
             for rate, newtons, measured, moved in zip(
-                asked.rates, force, _over_places(responses), model, strict=True
+                options.rates, force, _over_places(responses), model, strict=True
             )
         ]
         return fitted, drawn, warnings
 
     def _mass_doubted(self, axis: str, presliding: Fitted) -> list[str]:
         """Warn if the mass, in newtons of the map, differs from the known one."""
-        known, found = self.rig.model(axis).mass, presliding["M"]
+        known, mass = self.rig.model(axis).mass, presliding["M"]
         half = float(presliding.half_width[presliding.names.index("M")])
-        if abs(found - known) - half < _MASS_OFF * known:
+        if abs(mass - known) - half < _MASS_OFF * known:
             return []
-        way = "less" if found < known else "more"
+        way = "less" if mass < known else "more"
         return [
-            f"M = {found:.4g} kg comes out where {known:.4g} kg are known, {way} by "
-            f"{100.0 * abs(1.0 - found / known):.0f} %: the force map in control is off by about "
+            f"M = {mass:.4g} kg comes out where {known:.4g} kg are known, {way} by "
+            f"{100.0 * abs(1.0 - mass / known):.0f} %: the force map in control is off by about "
             "as much, and so are all forces, which are in its newtons"
         ]
 
@@ -422,7 +422,7 @@ class _Execution:
     def _compare(self, changes: dict[str, float]) -> ResultDocument:
         """Return the result document of the circle with the old model and the new one."""
         self._stand(None, "comparison", 0, 1)
-        return compared(self.rig, self.source, self.request.set, changes)
+        return compare_models(self.rig, self.source, self.request.set, changes)
 
     def _advance(self, ticks: int) -> None:
         self.done += ticks
@@ -435,7 +435,7 @@ class _Execution:
                 standing=ExperimentProgress(axis=axis, step=step, done=done, count=count),
                 known=self.known,
                 axes={name: [*points] for name, points in self.points.items()},
-                found=dict(self.found),
+                found=dict(self.results),
             )
         )
 
@@ -464,7 +464,7 @@ def _over_places(series: list[list[Any]]) -> list[Any]:
 AnyExperiment = Experiment | RecordExperiment
 
 
-def planned(
+def plan_identification(
     request: IdentifyRequest, source: str | Path | dict[str, Any] | None = None
 ) -> AnyExperiment:
     """Return the checked plan of a request; raise ConfigError naming every field that is wrong."""
@@ -480,7 +480,7 @@ def plan_of(experiment: AnyExperiment, simulated_time_max: float) -> PlanDocumen
             return record_plan_document(experiment, simulated_time_max)
 
 
-def identified(experiment: AnyExperiment, progress: Any = None) -> IdentificationDocument:
+def run_identification(experiment: AnyExperiment, progress: Any = None) -> IdentificationDocument:
     """Carry an identification out; raise ExperimentFailed if nothing can be told."""
     match experiment:
         case Experiment():

@@ -81,19 +81,19 @@ class AxisEstimate:
     warnings: list[str]
 
 
-def axis_document(rig: Rig, axis: str, found: AxisEstimate) -> AxisIdentification:
+def axis_document(rig: Rig, axis: str, estimate: AxisEstimate) -> AxisIdentification:
     """Return the results of one axis, the old model and the true values."""
-    velocity = np.array([point.velocity for point in found.points])
-    force = np.array([point.force for point in found.points])
-    presliding, truth = found.presliding, rig.scenario
+    velocity = np.array([point.velocity for point in estimate.points])
+    force = np.array([point.force for point in estimate.points])
+    presliding, truth = estimate.presliding, rig.scenario
     return AxisIdentification(
-        points=found.points,
-        residuals=(force - stribeck_curve(velocity, found.sliding.values)).tolist(),
-        curve=curve_document(found.sliding, np.abs(velocity)),
-        sliding=fit_document(rig, axis, found.sliding, "N", truth),
+        points=estimate.points,
+        residuals=(force - stribeck_curve(velocity, estimate.sliding.values)).tolist(),
+        curve=curve_document(estimate.sliding, np.abs(velocity)),
+        sliding=fit_document(rig, axis, estimate.sliding, "N", truth),
         presliding=None if presliding is None else fit_document(rig, axis, presliding, "m", truth),
-        ramps=found.ramps,
-        warnings=found.warnings,
+        ramps=estimate.ramps,
+        warnings=estimate.warnings,
     )
 
 
@@ -133,10 +133,10 @@ def ramp_document(rate: float, force: Array, measured: Array, fitted: Array) -> 
     )
 
 
-def is_a_model(found: dict[str, float], believed: FrictionConfig) -> bool:
+def is_a_model(friction: dict[str, float], believed: FrictionConfig) -> bool:
     """Return whether the identified values are valid in a controller's model."""
     try:
-        FrictionConfig.model_validate(believed.model_dump() | found)
+        FrictionConfig.model_validate(believed.model_dump() | friction)
     except ValidationError:
         return False
     return True
@@ -186,7 +186,7 @@ _COLUMNS = ("axis", "velocity [m/s]", "force [N]", "deviation [N]", "pitches [1]
 _WIDTH = 12
 
 
-def report(found: IdentificationDocument) -> str:
+def report(document: IdentificationDocument) -> str:
     """Return a table of parameters for each axis, warnings below it.
 
     Parameters
@@ -200,13 +200,14 @@ def report(found: IdentificationDocument) -> str:
         Several lines.
     """
     lines = [
-        f"{found.plant} motor, gains and force map of {found.variant}, seed {found.seed}: "
-        f"{found.simulated_time:.0f} s of motion"
-        if found.run is None
-        else f"run {found.run}, {found.simulated_time:.4g} s; force map of {found.variant}",
+        f"{document.plant} motor, gains and force map of {document.variant}, seed {document.seed}: "
+        f"{document.simulated_time:.0f} s of motion"
+        if document.run is None
+        else f"run {document.run}, {document.simulated_time:.4g} s; "
+        f"force map of {document.variant}",
         "Forces are in newtons of the controller's map; +- is half of the 95 % interval.",
     ]
-    for axis, identified in found.axes.items():
+    for axis, identified in document.axes.items():
         fits = [fit for fit in (identified.sliding, identified.presliding) if fit is not None]
         head = "".join(t.rjust(_WIDTH) for t in ("identified", "+-", "true", "ratio", "believed"))
         lines += ["", f"{axis}, {len(identified.points)} points{'':20}"[:28] + head]
@@ -214,16 +215,16 @@ def report(found: IdentificationDocument) -> str:
             lines += [_row(name, parameter) for name, parameter in fit.parameters.items()]
         lines += [f"  residual: {_residual(fit)}" for fit in fits]
         if identified.record is not None:
-            lines += _told(identified.record)
+            lines += _evidence(identified.record)
         warnings = [*identified.warnings, *(w for fit in fits for w in fit.warnings)]
         lines += [f"  warning: {warning}" for warning in warnings]
-    if found.set:
-        lines += ["", f"into the model of {found.apply_to}:"]
-        lines += [f"  --set {path}={value:.6g}" for path, value in found.set.items()]
-    if found.motor is not None and found.motor.origin is not None:
-        lines += _motor(found.motor.origin)
-    if found.comparison is not None:
-        lines += ["", run_report(found.comparison.model_dump())]
+    if document.set:
+        lines += ["", f"into the model of {document.apply_to}:"]
+        lines += [f"  --set {path}={value:.6g}" for path, value in document.set.items()]
+    if document.motor is not None and document.motor.origin is not None:
+        lines += _motor(document.motor.origin)
+    if document.comparison is not None:
+        lines += ["", run_report(document.comparison.model_dump())]
     return "\n".join(lines)
 
 
@@ -239,7 +240,7 @@ def _motor(origin: MotorOrigin) -> list[str]:
     return lines + [f"  note: {note}" for note in origin.notes]
 
 
-def write(found: IdentificationDocument, path: str) -> None:
+def write(document: IdentificationDocument, path: str) -> None:
     """Write the points as CSV, or the document as JSON; the suffix of `path` decides.
 
     Raises
@@ -252,15 +253,15 @@ def write(found: IdentificationDocument, path: str) -> None:
         partial.open("w", newline="", encoding="utf-8") as file,
     ):
         if Path(path).suffix == ".json":
-            json.dump(found.model_dump(), file, allow_nan=False)
+            json.dump(document.model_dump(), file, allow_nan=False)
             return
         rows = csv.writer(file, lineterminator="\n")
         rows.writerow(_COLUMNS)
-        for axis, identified in found.axes.items():
+        for axis, identified in document.axes.items():
             rows.writerows([axis, *point.model_dump().values()] for point in identified.points)
 
 
-def _told(record: RecordEvidence) -> list[str]:
+def _evidence(record: RecordEvidence) -> list[str]:
     """Return what a run could tell."""
     shares = ", ".join(f"{100 * share:.0f} % {name}" for name, share in record.shares.items())
     half = record.lag_half_width

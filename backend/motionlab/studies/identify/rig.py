@@ -147,11 +147,11 @@ def record(prepared: Prepared, progress: Callable[[int], None] | None = None) ->
     return result
 
 
-def compared(
+def compare_models(
     rig: Rig,
     source: str | Path | dict[str, Any],
-    given: Mapping[str, Any],
-    found: Mapping[str, float],
+    changes: Mapping[str, Any],
+    identified: Mapping[str, float],
 ) -> ResultDocument:
     """Return the result document of the circle with the old model (A) and the new one (B).
 
@@ -164,7 +164,7 @@ def compared(
     given, found : mapping
         Changes of the request, and those that the identification adds.
     """
-    new = load_scenario(source, {**given, **found})
+    new = load_scenario(source, {**changes, **identified})
     scenario = rig.scenario.model_copy(
         update={
             "name": "circle",

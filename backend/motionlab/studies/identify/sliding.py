@@ -195,10 +195,10 @@ def measure(  # noqa: PLR0913, PLR0917 - a motion, its record, and what earlier 
         window = slice(start - _AROUND, stop + _AROUND - 1)
         moved = position[stop] - position[start]
         speed = float(moved / (count * CONTROL_PERIOD))
-        wanted = way * motion.speed
-        miss = abs(speed - wanted) / motion.speed
+        target = way * motion.speed
+        miss = abs(speed - target) / motion.speed
         if miss > _OFF_SPEED:
-            text = f"at {wanted:.4g} m/s the axis moved at {speed:.4g} m/s on average: it does not "
+            text = f"at {target:.4g} m/s the axis moved at {speed:.4g} m/s on average: it does not "
             left_out = miss > _STUCK
             doubts.append(
                 Doubt("is left out", text + "follow, and the point is left out")
@@ -207,7 +207,7 @@ def measure(  # noqa: PLR0913, PLR0917 - a motion, its record, and what earlier 
             )
         if saturated[window].any():
             doubts.append(
-                Doubt("force limit", f"at {wanted:.4g} m/s the force command is at its limit")
+                Doubt("force limit", f"at {target:.4g} m/s the force command is at its limit")
             )
         if miss <= _STUCK:
             points.append(

@@ -6,7 +6,7 @@ import argparse
 from typing import TYPE_CHECKING, Any
 
 from motionlab.errors import ConfigError, FieldError
-from motionlab.studies.options import given
+from motionlab.studies.options import set_options
 from motionlab.studies.study import RequestLimits, Study, StudyCommand, above, lazy
 
 if TYPE_CHECKING:
@@ -49,8 +49,8 @@ class IdentifyStudy(Study):
     request_model = lazy("studies.identify.documents:IdentifyRequest")
     document_model = lazy("studies.identify.documents:IdentificationDocument")
     partial_model = lazy("studies.identify.documents:PartialIdentification")
-    planner = lazy("studies.identify.experiment:planned")
-    run = lazy("studies.identify.experiment:identified")
+    planner = lazy("studies.identify.experiment:plan_identification")
+    run = lazy("studies.identify.experiment:run_identification")
     report = lazy("studies.identify.report:report")
     suffixes = (".csv", ".json")
     write = lazy("studies.identify.report:write")
@@ -174,17 +174,17 @@ class IdentifyStudy(Study):
         record.add_argument("--from", dest="start", metavar="S", type=float, help="begin, s")
         record.add_argument("--to", dest="end", metavar="S", type=float, help="end, s")
 
-    def after(self, found: IdentificationDocument, options: argparse.Namespace) -> None:
+    def after(self, result: IdentificationDocument, options: argparse.Namespace) -> None:
         """Write the file of ``--out``, and save the motor of ``--motor``."""
-        super().after(found, options)
+        super().after(result, options)
         if options.motor is None:
             return
         from motionlab.library.motors import Motors
 
-        if found.motor is None:
+        if result.motor is None:
             message = "there is none to save: it is fitted to a drive's run or to a measurement"
             raise ConfigError(FieldError("--motor", message, options.motor))
-        Motors().put(options.motor, found.motor)
+        Motors().put(options.motor, result.motor)
 
     def request_of(self, options: argparse.Namespace, changes: dict[str, Any]) -> dict[str, Any]:
         """Return the request of the options."""
@@ -204,15 +204,17 @@ class IdentifyStudy(Study):
             from motionlab.library.motors import check_name
 
             check_name(options.motor)
-        presliding = {"enabled": options.presliding} | given(options, "rates", "share", "places")
-        record = given(options, "position", "force", "mass", "bandwidth", "start", "end")
+        presliding = {"enabled": options.presliding} | set_options(
+            options, "rates", "share", "places"
+        )
+        record = set_options(options, "position", "force", "mass", "bandwidth", "start", "end")
         if options.run_variant is not None:
             record["variant"] = options.run_variant
         return (
             super().request_of(options, changes)
-            | given(options, "run")
+            | set_options(options, "run")
             | ({"record": record} if record else {})
-            | given(options, "axis", "compare", "variant", "apply_to")
-            | given(options, "speeds", "time_max", "pitches_max")
+            | set_options(options, "axis", "compare", "variant", "apply_to")
+            | set_options(options, "speeds", "time_max", "pitches_max")
             | {"presliding": presliding}
         )

@@ -175,8 +175,8 @@ def reported(current: Array, amplifiers: AmplifierConfig) -> Array:
     not the current. No experiment can observe them.
     """
     gain, offset = (np.array([*each])[:, None] for each in (amplifiers.gain, amplifiers.offset))
-    said = (current - offset) / np.where(gain > 0.0, gain, 1.0)
-    return STEP * np.round(said / STEP)
+    reading = (current - offset) / np.where(gain > 0.0, gain, 1.0)
+    return STEP * np.round(reading / STEP)
 
 
 def _likeliest(before: Array, after: Array, slope: float, variance: float) -> float:
@@ -228,15 +228,15 @@ def _smooth(acts: Array, read: Array, r: float, q: float) -> tuple[Array, Array,
         variance[k] = filtered[k] + back[k] ** 2 * (variance[k + 1] - ahead[k + 1])
         covariance[k] = back[k] * variance[k + 1]
     mean = np.empty((3, n))
-    told = np.empty(n)
+    predicted = np.empty(n)
     for phase in range(3):
         i = mean[phase]
         i[0] = read[phase, 0]
         for k in range(1, n):
-            told[k] = acts[phase, k - 1] + r * (i[k - 1] - acts[phase, k - 1])
-            i[k] = told[k] + gain[k] * (read[phase, k] - told[k])
+            predicted[k] = acts[phase, k - 1] + r * (i[k - 1] - acts[phase, k - 1])
+            i[k] = predicted[k] + gain[k] * (read[phase, k] - predicted[k])
         for k in range(n - 2, -1, -1):
-            i[k] += back[k] * (i[k + 1] - told[k + 1])
+            i[k] += back[k] * (i[k + 1] - predicted[k + 1])
     return mean, variance, covariance
 
 

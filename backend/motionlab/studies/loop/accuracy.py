@@ -130,15 +130,15 @@ def _sine(
     position = own.reference.position[start : start + ticks, AXES.index(axis)]
     reference = complex((position * turning).sum())
     promised = sine_error(M, gains.k_p, gains.k_d, B=abs(reference), w=w)
-    found: dict[str, float | None] = {}
+    figures: dict[str, float | None] = {}
     for name, error in errors.items():
         at = None if error is None else complex((error[:ticks] * turning).sum()) / reference
-        found[name] = None if at is None else abs(at * reference)
-        found[f"{name}_phase"] = None if at is None else cmath.phase(at)
+        figures[name] = None if at is None else abs(at * reference)
+        figures[f"{name}_phase"] = None if at is None else cmath.phase(at)
     return SineAccuracy(
         frequency=w / (2.0 * math.pi),
         amplitude=abs(reference),
         predicted=promised.amplitude,
         predicted_phase=promised.phase,
-        **found,
+        **figures,
     )

@@ -111,9 +111,9 @@ def frequency_sweep(  # noqa: PLR0913 - what a sweep is made of
     loop = linearise(scenario, variant, axis, v=v)
     pitch = pole_pitch(getattr(scenario.plant, axis).force_map) / v
     points: list[tuple[float, complex, complex]] = []
-    for done, wanted in enumerate(frequency):
-        cycles = round(_duration(wanted, pitch) * wanted)
-        ticks = round(cycles / wanted / CONTROL_PERIOD)
+    for done, f_target in enumerate(frequency):
+        cycles = round(_duration(f_target, pitch) * f_target)
+        ticks = round(cycles / f_target / CONTROL_PERIOD)
         f = cycles / (ticks * CONTROL_PERIOD)
         prepared = _moving(scenario, variant, axis, v, ticks)
         at = np.array([f])
@@ -239,10 +239,10 @@ class FrequencySweepRequest(AxisRequest):
 
 def loaded(request: Mapping[str, Any]) -> tuple[AxisRequest, Scenario]:
     """Return a checked request and its scenario, which has the requested variant."""
-    wanted = read_request(AxisRequest, request)
-    scenario = load_scenario(wanted.scenario, wanted.set)
-    wanted.chosen(scenario)
-    return wanted, scenario
+    checked = read_request(AxisRequest, request)
+    scenario = load_scenario(checked.scenario, checked.set)
+    checked.chosen(scenario)
+    return checked, scenario
 
 
 class LoopCurve(_Document):
@@ -321,17 +321,18 @@ def swept(
     request, scenario = planned
     variant = request.chosen(scenario)
     linearised = response(request, scenario, v=request.velocity)
-    wanted = sorted(request.frequencies)
+    frequencies = sorted(request.frequencies)
     frequency: list[float] = []
     L: list[complex] = []
-    for done, f in enumerate(wanted):
-        found = frequency_sweep(scenario, variant, request.axis, [f], v=request.velocity)
-        frequency += found.frequency.tolist()
-        L += found.open.tolist()
+    for done, f in enumerate(frequencies):
+        measured = frequency_sweep(scenario, variant, request.axis, [f], v=request.velocity)
+        frequency += measured.frequency.tolist()
+        L += measured.open.tolist()
         if progress is not None:
             so_far = _table(request, variant, request.velocity, np.array(frequency), np.array(L))
             progress(
-                (done + 1) / len(wanted), FrequencySweepDocument(**so_far, linearised=linearised)
+                (done + 1) / len(frequencies),
+                FrequencySweepDocument(**so_far, linearised=linearised),
             )
     made = _table(request, variant, request.velocity, np.array(frequency), np.array(L))
     return FrequencySweepDocument(**made, linearised=linearised)

@@ -157,9 +157,9 @@ def run_cases(
     count, scenario, window = len(planned.draws), planned.base.scenario, planned.base.window
     bands = Bands(count, len(scenario.variants), window)
     parts = tasks(scenario, planned.draws, {})
-    found = list(current().map(_run, [(part, window) for part in parts], progress))
-    bands.join(part for _, part in found)
-    batches = [batch for batch, _ in found]
+    parts_done = list(current().map(_run, [(part, window) for part in parts], progress))
+    bands.join(part for _, part in parts_done)
+    batches = [batch for batch, _ in parts_done]
     metrics = {name: np.concatenate([b.metrics[name] for b in batches]) for name in DEFINITIONS}
     failed = np.concatenate([batch.failed for batch in batches])
     feasible = np.flatnonzero(np.concatenate([batch.feasible for batch in batches]))
@@ -221,8 +221,8 @@ def _run(
     try:
         return run_batch(cases, progress, bands.watch), bands
     except ConfigError as error:
-        found = (replace(e, message=f"{e.message}: vary it less") for e in error.errors)
-        raise ConfigError(*found) from None
+        errors = (replace(e, message=f"{e.message}: vary it less") for e in error.errors)
+        raise ConfigError(*errors) from None
 
 
 def _variants(
@@ -232,7 +232,7 @@ def _variants(
     bands: Bands,
     correlations: Correlations,
 ) -> dict[str, MonteCarloVariant]:
-    found = {}
+    variants = {}
     spec = planned.request.spec
     limits = {axis: limit for axis in AXES if (limit := getattr(spec, axis)) is not None}
     for v, (name, variant) in enumerate(planned.base.scenario.variants.items()):
@@ -250,7 +250,7 @@ def _variants(
         for axis, limit in limits.items():
             if axis in axes:
                 within &= metrics[PEAK][:, v, AXES.index(axis)] <= limit  # never so for NaN
-        found[name] = MonteCarloVariant(
+        variants[name] = MonteCarloVariant(
             label=variant.label,
             law=variant.controller.compensation.law,
             enabled=variant.controller.compensation.enabled,
@@ -258,7 +258,7 @@ def _variants(
             axes=axes,
             meets=probability(int(within.sum()), len(within)) if limits else None,
         )
-    return found
+    return variants
 
 
 def _correlations(
@@ -267,15 +267,15 @@ def _correlations(
     feasible: NDArray[np.intp],
 ) -> Correlations:
     """Return rho of every metric with every parameter over the feasible cases."""
-    found: Correlations = {}
+    correlations: Correlations = {}
     for axis, (_, values) in drawn.items():
         a = AXES.index(axis)
         of_all = np.stack([metrics[name][feasible, :, a] for name in DEFINITIONS])
-        found[axis] = []
+        correlations[axis] = []
         for v in range(of_all.shape[2]):
             rho = rank_correlations(values[feasible], of_all[:, :, v].T)
-            found[axis].append(dict(zip(DEFINITIONS, rho, strict=True)))
-    return found
+            correlations[axis].append(dict(zip(DEFINITIONS, rho, strict=True)))
+    return correlations
 
 
 def _histograms(
@@ -303,12 +303,12 @@ def probability(hits: int, cases: int) -> Probability:
 
 
 def _improvement(metrics: dict[str, Array], axis: int) -> dict[str, Quantiles | None]:
-    found = {}
+    improvement = {}
     for name in RATIOS:
         a, b = metrics[name][:, 0, axis], metrics[name][:, 1, axis]
         with np.errstate(divide="ignore", invalid="ignore"):
-            found[name] = _quantiles(np.where(a == 0.0, np.nan, 1.0 - b / a))
-    return found
+            improvement[name] = _quantiles(np.where(a == 0.0, np.nan, 1.0 - b / a))
+    return improvement
 
 
 def _table(planned: MonteCarloPlan, metrics: dict[str, Array]) -> dict[str, list[float | None]]:
@@ -332,12 +332,12 @@ def _table(planned: MonteCarloPlan, metrics: dict[str, Array]) -> dict[str, list
 
 
 def _worst(planned: MonteCarloPlan, peaks: Array, feasible: NDArray[np.int64]) -> list[WorstCase]:
-    found = []
+    worst = []
     for v, name in enumerate(planned.base.scenario.variants):
         for axis in planned.base.reference.moving:
             values = peaks[feasible, v, AXES.index(axis)]
             order = np.argsort(-np.where(np.isnan(values), np.inf, values), kind="stable")
-            found += [
+            worst += [
                 WorstCase(
                     variant=name,
                     axis=axis,
@@ -347,7 +347,7 @@ def _worst(planned: MonteCarloPlan, peaks: Array, feasible: NDArray[np.int64]) -
                 )
                 for case in feasible[order[:_WORST]].tolist()
             ]
-    return found
+    return worst
 
 
 def _quantiles(values: Array) -> Quantiles | None:

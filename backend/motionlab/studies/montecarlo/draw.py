@@ -47,7 +47,7 @@ def draw(
     ConfigError
         If the plant has no such number, or none that can be multiplied or added to.
     """
-    found: list[dict[str, Any]] = [{} for _ in range(cases)]
+    cases_drawn: list[dict[str, Any]] = [{} for _ in range(cases)]
     for index, variation in enumerate(vary):
         for number, axis in enumerate(AXES):
             path = f"plant.{axis}.{variation.path}"
@@ -57,12 +57,12 @@ def draw(
                 np.random.Philox(np.random.SeedSequence(seed, spawn_key=key))
             )
             values = _values(variation, base, cases, random)
-            for case, value in zip(found, values.tolist(), strict=True):
+            for case, value in zip(cases_drawn, values.tolist(), strict=True):
                 case[path] = value
-    for case in found:
+    for case in cases_drawn:
         for axis in AXES:
             _raise_stiction(case, plant[axis], f"plant.{axis}.friction")
-    return found
+    return cases_drawn
 
 
 def missing(plant: dict[str, Any], vary: Sequence[Variation]) -> list[str]:
@@ -109,19 +109,19 @@ def _values(variation: Variation, base: Array, cases: int, random: np.random.Gen
     shape = (cases, *base.shape)
     match variation.kind:
         case "log-normal":
-            return base * np.exp(_given(variation.sigma) * random.standard_normal(shape))
+            return base * np.exp(_required(variation.sigma) * random.standard_normal(shape))
         case "normal":
-            return base + _given(variation.sigma) * random.standard_normal(shape)
+            return base + _required(variation.sigma) * random.standard_normal(shape)
         case "uniform":
-            return random.uniform(_given(variation.low), _given(variation.high), shape)
+            return random.uniform(_required(variation.low), _required(variation.high), shape)
         case "log-uniform":
-            low, high = math.log(_given(variation.low)), math.log(_given(variation.high))
+            low, high = math.log(_required(variation.low)), math.log(_required(variation.high))
             return np.exp(random.uniform(low, high, shape))
         case "value":
-            return np.full(shape, _given(variation.value))
+            return np.full(shape, _required(variation.value))
 
 
-def _given(number: float | None) -> float:
+def _required(number: float | None) -> float:
     assert number is not None  # the request has checked it
     return number
 

@@ -98,13 +98,13 @@ def histogram(values: Mapping[str, Array]) -> Histogram | None:
     values : mapping of str to ndarray, shape (cases,)
         A metric by variant; what is not finite is in no bin.
     """
-    found = {name: each[np.isfinite(each)] for name, each in values.items()}
-    every = np.concatenate(list(found.values()))
+    finite = {name: each[np.isfinite(each)] for name, each in values.items()}
+    every = np.concatenate(list(finite.values()))
     if not len(every) or every.min() == every.max():
         return None
     least, most = float(every.min()), float(every.max())
     log = least > 0.0 and most > _WIDE * least
-    scaled = {name: np.log(each) if log else each for name, each in found.items() if len(each)}
+    scaled = {name: np.log(each) if log else each for name, each in finite.items() if len(each)}
     span = math.log(most / least) if log else most - least
     widths = [_width(each) for each in scaled.values()]
     narrow = min((width for width in widths if width > 0.0), default=span)
@@ -114,7 +114,7 @@ def histogram(values: Mapping[str, Array]) -> Histogram | None:
     return Histogram(
         edges=edges.tolist(),
         log=log,
-        counts={name: np.histogram(each, edges)[0].tolist() for name, each in found.items()},
+        counts={name: np.histogram(each, edges)[0].tolist() for name, each in finite.items()},
     )
 
 

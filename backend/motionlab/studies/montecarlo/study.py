@@ -7,7 +7,7 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from motionlab.errors import FieldError
-from motionlab.studies.options import given
+from motionlab.studies.options import set_options
 from motionlab.studies.study import RequestLimits, Study, StudyCommand, above, lazy
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ class MonteCarloStudy(Study):
         from motionlab.config.changes import parse_assignments
 
         spec = {"spec": parse_assignments(options.spec, "--spec")}
-        return super().request_of(options, changes) | spec | given(options, "cases", "seed")
+        return super().request_of(options, changes) | spec | set_options(options, "cases", "seed")
 
     def before(self, plan: MonteCarloPlan, options: argparse.Namespace) -> str | None:
         """Return one plant as options of ``motionlab run``, if requested."""

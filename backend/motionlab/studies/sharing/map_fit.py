@@ -48,9 +48,9 @@ def fit_analytic(table: ForceMap) -> MapFit:
     i = i * table.i_max
     position = turns * table.tau
     x = position - 0.5 * table.tau
-    wanted = table.thrust(x, i)
-    peak = float(np.abs(wanted).max())
-    rows = np.abs(wanted).reshape(_CURRENTS, _POSITIONS).max(axis=1)
+    thrust = table.thrust(x, i)
+    peak = float(np.abs(thrust).max())
+    rows = np.abs(thrust).reshape(_CURRENTS, _POSITIONS).max(axis=1)
     largest = np.repeat(rows, _POSITIONS)  # at each current
     normal = float(table.normal_force(0.0, table.i_max))
     current = np.stack([i, np.zeros_like(i), np.zeros_like(i)])
@@ -69,17 +69,17 @@ def fit_analytic(table: ForceMap) -> MapFit:
         )
 
     def difference(parameters: Array) -> Array:
-        found = forces_over(
+        forces = forces_over(
             MotorMap(analytic(parameters), ANALYTIC), position=position, current=current
         )
-        return (found.thrust - wanted) / largest
+        return (forces.thrust - thrust) / largest
 
-    found = least_squares(difference, _START, bounds=(_LOW, _HIGH))
-    relative = difference(found.x)
+    solution = least_squares(difference, _START, bounds=(_LOW, _HIGH))
+    relative = difference(solution.x)
     left = relative * largest
     worst = int(np.abs(left).argmax())
     return MapFit(
-        force_map=analytic(found.x),
+        force_map=analytic(solution.x),
         relative_rms=float(np.sqrt((relative**2).mean())),
         rms=float(np.sqrt((left**2).mean())),
         worst=float(abs(left[worst])),

@@ -183,40 +183,40 @@ def sharing(request: SharingRequest) -> SharingDocument:
                         bounds={"maximum": i_max},
                     )
                 )
-    found = _over_pitch(request, controller, plant, request.law)
-    least = found
+    curves = _over_pitch(request, controller, plant, request.law)
+    least = curves
     if request.law != "force-per-ampere":
         least = _over_pitch(request, controller, plant, "force-per-ampere")
-    loss, least_loss = float(found.loss.mean()), float(least.loss.mean())
-    step = found.position[1] - found.position[0]
-    slope = np.abs(np.diff(found.current, axis=1, append=found.current[:, :1])) / step
+    loss, least_loss = float(curves.loss.mean()), float(least.loss.mean())
+    step = curves.position[1] - curves.position[0]
+    slope = np.abs(np.diff(curves.current, axis=1, append=curves.current[:, :1])) / step
     return SharingDocument(
         law=request.law,
         force=request.force,
         current_limit=request.current_limit,
         controller=used,
         plant=truth,
-        linear_up_to=float(found.reachable.min()),
-        reachable_most=float(found.reachable.max()),
-        thrust=_ripple(ripple(found.thrust)),
-        believed=_ripple(ripple(found.believed)),
+        linear_up_to=float(curves.reachable.min()),
+        reachable_most=float(curves.reachable.max()),
+        thrust=_ripple(ripple(curves.thrust)),
+        believed=_ripple(ripple(curves.believed)),
         loss=CopperLoss(
             squared_current=loss,
             relative=loss / least_loss if least_loss > 0.0 else None,
             power=None if request.resistance is None else request.resistance * loss,
         ),
         rms_current=float(np.sqrt(loss / 3.0)),
-        max_current=float(found.current.max()),
+        max_current=float(curves.current.max()),
         steepest_current=float(slope.max()),
         curves=SharingCurves(
-            position=found.position.tolist(),
-            current=found.current.tolist(),
-            phase_thrust=found.phase_thrust.tolist(),
-            thrust=found.thrust.tolist(),
-            believed=found.believed.tolist(),
-            normal_force=found.normal_force.tolist(),
-            reachable=found.reachable.tolist(),
-            squared_current=found.loss.tolist(),
+            position=curves.position.tolist(),
+            current=curves.current.tolist(),
+            phase_thrust=curves.phase_thrust.tolist(),
+            thrust=curves.thrust.tolist(),
+            believed=curves.believed.tolist(),
+            normal_force=curves.normal_force.tolist(),
+            reachable=curves.reachable.tolist(),
+            squared_current=curves.loss.tolist(),
         ),
     )
 
@@ -230,17 +230,17 @@ def fit(name: str) -> FitDocument:
         If no map of that name is there, or it cannot be read.
     """
     table = named_map(name, "map")
-    found = fit_analytic(table)
+    fitted = fit_analytic(table)
     return FitDocument(
         name=name,
         digest=table.digest,
-        force_map=ForceMapConfig(**found.force_map._asdict()),
+        force_map=ForceMapConfig(**fitted.force_map._asdict()),
         fitted=["F_pk", "I_knee", "h_2", "h_3"],
-        relative_rms=found.relative_rms,
-        rms=found.rms,
-        worst=found.worst,
-        worst_position=found.position,
-        worst_current=found.current,
+        relative_rms=fitted.relative_rms,
+        rms=fitted.rms,
+        worst=fitted.worst,
+        worst_position=fitted.position,
+        worst_current=fitted.current,
     )
 
 
@@ -276,20 +276,20 @@ def _over_pitch(
     )
 
 
-def _ripple(found: Ripple) -> RippleOfThrust:
-    return RippleOfThrust(**found._asdict(), relative=found.relative)
+def _ripple(ripple: Ripple) -> RippleOfThrust:
+    return RippleOfThrust(**ripple._asdict(), relative=ripple.relative)
 
 
-def report(found: Sequence[SharingDocument]) -> str:
+def report(documents: Sequence[SharingDocument]) -> str:
     """Return the comparison of several sharing functions for one command, a row each."""
-    first = found[0]
+    first = documents[0]
     lines = [
         f"{first.force:g} N commanded over one pole pitch of {first.controller.tau * 1e3:g} mm, "
         f"currents up to {first.current_limit:g} A",
         f"Controller's map: {_name(first.controller)}; plant's map: {_name(first.plant)}",
         "",
     ]
-    power = all(each.loss.power is not None for each in found)
+    power = all(each.loss.power is not None for each in documents)
     rows = [
         (
             each.law,
@@ -303,7 +303,7 @@ def report(found: Sequence[SharingDocument]) -> str:
             _figure(each.loss.relative, 1.0, 4),
             f"{each.max_current:.2f}",
         )
-        for each in found
+        for each in documents
     ]
     heads = ("law", "linear to", "reaches", "mean", "ripple p-p", "ripple", "rms")
     heads += ("copper loss", "ratio", "i max")
@@ -318,15 +318,16 @@ def report(found: Sequence[SharingDocument]) -> str:
     return "\n".join(lines)
 
 
-def fit_report(found: FitDocument) -> str:
+def fit_report(document: FitDocument) -> str:
     """Return a fitted analytic map."""
-    m = found.force_map
+    m = document.force_map
     return (
-        f"Fit of the analytic map to {found.name}: "
+        f"Fit of the analytic map to {document.name}: "
         f"F_pk = {m.F_pk:.2f} N, I_knee = {m.I_knee:.3f} A, h_2 = {m.h_2:.4f}, h_3 = {m.h_3:.4f}\n"
-        f"Residual of the thrust: {found.relative_rms * 100:.1f} % rms of the largest at the same "
-        f"current; {found.rms:.2f} N rms, {found.worst:.2f} N at most, at "
-        f"x = {found.worst_position * 1e3:.2f} mm from aligned and {found.worst_current:g} A\n"
+        f"Residual of the thrust: {document.relative_rms * 100:.1f} % rms of the largest at the "
+        f"same current; {document.rms:.2f} N rms, {document.worst:.2f} N at most, at "
+        f"x = {document.worst_position * 1e3:.2f} mm from aligned and "
+        f"{document.worst_current:g} A\n"
         f"As numbers for a controller's model: {{ tau = {m.tau:g}, F_pk = {m.F_pk:.5g}, "
         f"N_pk = {m.N_pk:.5g}, I_pk = {m.I_pk:g}, I_knee = {m.I_knee:.5g}, h_2 = {m.h_2:.5g}, "
         f"h_3 = {m.h_3:.5g} }}"

@@ -56,11 +56,11 @@ class SharingStudy(Study):
 
         return sharing(plan)
 
-    def report(self, found: SharingDocument) -> str:
+    def report(self, result: SharingDocument) -> str:
         """Return the law's figures as a table."""
         from motionlab.studies.sharing.sharing import report
 
-        return report([found])
+        return report([result])
 
     def request_of(self, options: argparse.Namespace, changes: dict[str, Any]) -> dict[str, Any]:
         """Return the request that ``--set`` makes."""

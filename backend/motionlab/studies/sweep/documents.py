@@ -78,11 +78,11 @@ class Dimension(Config):
             return list(self.values)
         assert self.start is not None and self.stop is not None and self.count is not None
         if self.scale == "linear":
-            found = np.linspace(self.start, self.stop, self.count).tolist()
+            points = np.linspace(self.start, self.stop, self.count).tolist()
         else:
             inner = np.geomspace(self.start, self.stop, self.count).tolist()[1:-1]
-            found = [self.start, *inner, self.stop]
-        return [_whole(value) for value in found] if whole else found
+            points = [self.start, *inner, self.stop]
+        return [_whole(value) for value in points] if whole else points
 
 
 class SweepRequest(Config):
@@ -211,35 +211,35 @@ _ROWS = 40  # of the table on a terminal
 _PEAK = "max_abs_following_error"
 
 
-def report(found: SweepDocument) -> str:
+def report(document: SweepDocument) -> str:
     """Return the largest following error of each case in um, and the best cases."""
     columns = [
         (f"{name} {axis}", axes.metrics[_PEAK])
-        for name, variant in found.variants.items()
+        for name, variant in document.variants.items()
         for axis, axes in variant.axes.items()
     ]
-    heads = [_head(field.path, field.unit) for field in found.fields]
+    heads = [_head(field.path, field.unit) for field in document.fields]
     heads += [f"{title} max |e|, um" for title, _ in columns]
     rows = []
-    for case, values in enumerate(case_values(found)):
+    for case, values in enumerate(case_values(document)):
         if case == _ROWS:
             break
         cells = [_cell(value) for value in values]
         peaks = [peak[case] for _, peak in columns]
         cells += ["diverged" if peak is None else f"{peak * 1e6:.3g}" for peak in peaks]
-        if case in found.infeasible:
+        if case in document.infeasible:
             cells[len(values) :] = ["cannot follow", *[""] * (len(peaks) - 1)]
         rows.append(cells)
     lines = [
-        f"{found.scenario} on {found.plant}, {found.cases} cases",
+        f"{document.scenario} on {document.plant}, {document.cases} cases",
         table(heads, rows, right=range(len(heads))),
     ]
-    if found.cases > _ROWS:
-        lines.append(f"... {found.cases - _ROWS} more; --out FILE.csv or --json has them all")
-    for best in found.best:
+    if document.cases > _ROWS:
+        lines.append(f"... {document.cases - _ROWS} more; --out FILE.csv or --json has them all")
+    for best in document.best:
         if best.metric == _PEAK:
             where = ", ".join(f"{path} = {_cell(value)}" for path, value in best.set.items())
-            peaks = found.variants[best.variant].axes[best.axis].metrics[_PEAK]
+            peaks = document.variants[best.variant].axes[best.axis].metrics[_PEAK]
             alike = len(peaks) > 1 and len(set(peaks)) == 1
             lines.append(
                 f"best for {best.variant} {best.axis}: {best.value * 1e6:.3g} um "
@@ -248,7 +248,7 @@ def report(found: SweepDocument) -> str:
     return "\n".join(lines)
 
 
-def write(found: SweepDocument, path: str) -> None:
+def write(document: SweepDocument, path: str) -> None:
     """Write one row a case as CSV: swept fields, then every metric of every variant and axis.
 
     Raises
@@ -258,7 +258,7 @@ def write(found: SweepDocument, path: str) -> None:
     """
     columns = {
         f"{name}.{axis}.{metric}": values
-        for name, variant in found.variants.items()
+        for name, variant in document.variants.items()
         for axis, axes in variant.axes.items()
         for metric, values in axes.metrics.items()
     }
@@ -267,15 +267,15 @@ def write(found: SweepDocument, path: str) -> None:
         partial.open("w", newline="", encoding="utf-8") as file,
     ):
         rows = csv.writer(file, lineterminator="\n")
-        rows.writerow(["case", *(field.path for field in found.fields), *columns])
-        for case, values in enumerate(case_values(found)):
+        rows.writerow(["case", *(field.path for field in document.fields), *columns])
+        for case, values in enumerate(case_values(document)):
             rows.writerow([case, *values, *(column[case] for column in columns.values())])
 
 
-def case_values(found: SweepDocument) -> Iterator[tuple[Any, ...]]:
+def case_values(document: SweepDocument) -> Iterator[tuple[Any, ...]]:
     """Yield the values of the swept fields of each case."""
-    points = [field.values for field in found.fields]
-    return zip(*points, strict=True) if len(found.shape) < len(points) else product(*points)
+    points = [field.values for field in document.fields]
+    return zip(*points, strict=True) if len(document.shape) < len(points) else product(*points)
 
 
 def _head(path: str, unit: str) -> str:

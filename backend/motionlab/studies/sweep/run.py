@@ -158,21 +158,21 @@ def run(planned: SweepPlan, progress: Progress | None = None) -> SweepDocument:
     shape = (count, len(scenario.variants), len(AXES))
     metrics = {name: np.full(shape, np.nan) for name in DEFINITIONS}
     failed, feasible = np.full(shape[:2], -1), np.zeros(count, dtype=bool)
-    said: PartialSweep | None = None
+    partial: PartialSweep | None = None
 
     def tell(now: float) -> None:
-        nonlocal said
+        nonlocal partial
         if progress is not None:
-            progress(now, said)
-        said = None
+            progress(now, partial)
+        partial = None
 
     parts = tasks(scenario, planned.cases, planned.request.set)
-    for part, found in zip(parts, current().map(run_batch, parts, tell), strict=True):
+    for part, batch in zip(parts, current().map(run_batch, parts, tell), strict=True):
         here = slice(part.first, part.first + len(part.changes))
-        failed[here], feasible[here] = found.failed, found.feasible
-        for name, values in found.metrics.items():
+        failed[here], feasible[here] = batch.failed, batch.feasible
+        for name, values in batch.metrics.items():
             metrics[name][here] = values
-        said = PartialSweep(done=here.stop, variants=_variants(planned, metrics, failed))
+        partial = PartialSweep(done=here.stop, variants=_variants(planned, metrics, failed))
     return SweepDocument(
         scenario=scenario.name,
         plant=plant_name(scenario.plant),
@@ -214,14 +214,14 @@ def _axes(metrics: dict[str, Array], v: int) -> dict[str, SweptAxis]:
 
 
 def _best(planned: SweepPlan, metrics: dict[str, Array]) -> list[Best]:
-    found = []
+    best = []
     for v, variant in enumerate(planned.base.scenario.variants):
         for a, axis in enumerate(AXES):
             for name in BEST:
                 values = metrics[name][:, v, a]
                 if np.isfinite(values).any():
                     case = int(np.nanargmin(values))
-                    found.append(
+                    best.append(
                         Best(
                             variant=variant,
                             axis=axis,
@@ -231,7 +231,7 @@ def _best(planned: SweepPlan, metrics: dict[str, Array]) -> list[Best]:
                             set=planned.cases[case],
                         )
                     )
-    return found
+    return best
 
 
 def _short(values: Array) -> list[float | None]:

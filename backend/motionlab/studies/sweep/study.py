@@ -117,9 +117,9 @@ def _values(path: str, text: str) -> dict[str, Any]:
         return {"values": values}
     try:
         start, stop, count, *scale = parts
-        found = {"start": float(start), "stop": float(stop), "count": int(count)}
+        spec = {"start": float(start), "stop": float(stop), "count": int(count)}
     except ValueError:
         raise ConfigError(FieldError("--grid", f"needs {_FORM}", f"{path}={text}")) from None
     if scale not in ([], ["log"]):
         raise ConfigError(FieldError("--grid", "is no spacing", ":".join(scale), "log"))
-    return found | {"scale": scale[0] if scale else "linear"}
+    return spec | {"scale": scale[0] if scale else "linear"}

@@ -253,10 +253,10 @@ def read_request(model: type[_Request], request: Mapping[str, Any]) -> _Request:
     ConfigError
         Naming every field that is wrong, its value, range and unit.
     """
-    wanted = checked(model, request, "tune")
-    if isinstance(wanted, _TuningRequest):
-        _refuse_inverted(wanted)
-    return wanted
+    tuning = checked(model, request, "tune")
+    if isinstance(tuning, _TuningRequest):
+        _refuse_inverted(tuning)
+    return tuning
 
 
 def _refuse_inverted(request: _TuningRequest) -> None:

@@ -112,7 +112,7 @@ class Group:
             return self._known[1]
         controller = self.controller(dict(shared))
         before: dict[tuple[str, str], LoopFamily] = self._known[1]
-        found: dict[tuple[str, str], LoopFamily] = {}
+        families: dict[tuple[str, str], LoopFamily] = {}
         for name, trials in self.problem.setups.items():
             scenario = trials.scenario
             owner = scenario.variants[self.problem.variant]
@@ -120,13 +120,13 @@ class Group:
             with_it = scenario.model_copy(update={"variants": {self.problem.variant: changed}})
             for axis in self.axes:
                 try:
-                    found[name, axis] = LoopFamily.of(
+                    families[name, axis] = LoopFamily.of(
                         with_it, self.problem.variant, axis, like=before.get((name, axis))
                     )
                 except NoLinearisation:
                     return {}
-        self._known[:] = [shared, found]
-        return found
+        self._known[:] = [shared, families]
+        return families
 
     def starts(self, count: int, generator: np.random.Generator) -> list[Array]:
         """Return the present gains and drawn ones, stable where some are found."""
@@ -332,13 +332,13 @@ def outcome_violations(limits: Constraints, outcome: Outcome) -> list[Constraint
     """Return which limits a trial exceeds, and by which share."""
     if outcome.diverged:
         return [ConstraintViolation(_UNSTABLE, "diverges")]
-    found = _over("force", outcome.force, None, limits.force)
+    violations = _over("force", outcome.force, None, limits.force)
     saturated = limits.saturated
     if saturated is None or outcome.saturated <= saturated:
-        return found
-    wanted = f"at most {_number('saturated', saturated)}"
-    words = _words("saturated", outcome.saturated, None, wanted)
-    return [ConstraintViolation(outcome.saturated - saturated, words), *found]
+        return violations
+    limit_text = f"at most {_number('saturated', saturated)}"
+    words = _words("saturated", outcome.saturated, None, limit_text)
+    return [ConstraintViolation(outcome.saturated - saturated, words), *violations]
 
 
 def _short(
@@ -363,9 +363,9 @@ def _over(
     return [ConstraintViolation(math.log(value / most), words)]
 
 
-def _words(name: str, value: float, velocity: float | None, wanted: str) -> str:
+def _words(name: str, value: float, velocity: float | None, limit_text: str) -> str:
     where = "" if velocity is None else _at(velocity)
-    return f"{name} = {_number(name, value)}{_UNITS.get(name, '')}{where}, {wanted} wanted"
+    return f"{name} = {_number(name, value)}{_UNITS.get(name, '')}{where}, {limit_text} wanted"
 
 
 def _at(velocity: float) -> str:
@@ -376,5 +376,5 @@ def _number(name: str, value: float) -> str:
     return f"{value:.{_PAST_COMMA[name]}f}"
 
 
-def _worst(found: Mapping[tuple[str, str], Sequence[ConstraintViolation]]) -> float:
-    return max((sum(one.share for one in some) for some in found.values()), default=0.0)
+def _worst(violations: Mapping[tuple[str, str], Sequence[ConstraintViolation]]) -> float:
+    return max((sum(one.share for one in some) for some in violations.values()), default=0.0)

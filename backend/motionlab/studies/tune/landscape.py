@@ -59,7 +59,7 @@ def landscape(problem: TuningProblem, progress: Progress | None = None) -> Lands
     """
     request = problem.request
     assert isinstance(request, LandscapeRequest)
-    told = progress or (lambda _share, _partial: None)
+    report = progress or (lambda _share, _partial: None)
     n = request.points
     k_p, k_d = (np.geomspace(*ends, n) for ends in (request.bounds.k_p, request.bounds.k_d))
     families = {axis: _families(problem, axis) for axis in problem.axes}
@@ -100,12 +100,12 @@ def landscape(problem: TuningProblem, progress: Progress | None = None) -> Lands
             for name, values in _margins(families[axis], k_p[j], k_d[i]).items():
                 grids[axis][name][i, j] = values
         parts = executor.parts(len(level), _AT_ONCE)
-        given, threads = problem.controller, executor.threads
+        controller, threads = problem.controller, executor.threads
         places = [(part, trials) for trials in problem.setups.values() for part in parts]
-        tasks = [_Gains(t, given, k_p[j[p]], k_d[i[p]], threads, maps) for p, t in places]
+        tasks = [_Gains(t, controller, k_p[j[p]], k_d[i[p]], threads, maps) for p, t in places]
 
         def tell(share: float, before: int = tried, size: int = len(level)) -> None:
-            told((before + share * size) / n**2, None)
+            report((before + share * size) / n**2, None)
 
         for (part, _), metrics in zip(places, executor.map(_try, tasks, tell), strict=True):
             at = i[part], j[part]
@@ -116,7 +116,7 @@ def landscape(problem: TuningProblem, progress: Progress | None = None) -> Lands
                     grid = grids[axis][name]
                     grid[at] = np.fmax(grid[at], of_axis[name])
         tried += len(level)
-        told(tried / n**2, PartialLandscape(axes=drawn(stride)) if stride > 1 else None)
+        report(tried / n**2, PartialLandscape(axes=drawn(stride)) if stride > 1 else None)
         stride //= 2
     scenario, window = problem.scenario, problem.own.window
     return LandscapeDocument(

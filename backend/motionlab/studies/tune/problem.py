@@ -92,7 +92,7 @@ class TrialSetup:
     """
 
     def __init__(self, prepared: Prepared, window: tuple[int, int]) -> None:
-        self._given = prepared, window
+        self._arguments = prepared, window
         start, end = window
         whole = prepared.reference
         self.scenario: Scenario = prepared.scenario.model_copy(
@@ -116,7 +116,7 @@ class TrialSetup:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Return its pickled form: another process computes the inputs again."""
-        return TrialSetup, self._given
+        return TrialSetup, self._arguments
 
     @property
     def seconds(self) -> float:
@@ -163,10 +163,12 @@ class TrialSetup:
         movers = np.repeat(one[None], len(k_p), axis=0)
         movers[:, _K_P], movers[:, _K_D] = k_p[:, None], k_d[:, None]
         scores = self._runner.score(movers[None], threads=threads, progress=progress)
-        found = {name: scores.metrics[metric] for name, metric in METRICS.items()}
-        found["settling"] = np.where(np.isnan(found["settling"]), self._never, found["settling"])
+        metrics = {name: scores.metrics[metric] for name, metric in METRICS.items()}
+        metrics["settling"] = np.where(
+            np.isnan(metrics["settling"]), self._never, metrics["settling"]
+        )
         return {
-            name: np.where(scores.failed >= 0, math.inf, values) for name, values in found.items()
+            name: np.where(scores.failed >= 0, math.inf, values) for name, values in metrics.items()
         }
 
     @property
@@ -176,10 +178,10 @@ class TrialSetup:
     def _outcome(self, scores: Scores, mover: int, axis: int) -> Outcome:
         if scores.failed[mover, axis] >= 0:
             return DIVERGED
-        found = {name: float(scores.metrics[m][mover, axis]) for name, m in METRICS.items()}
-        if math.isnan(found["settling"]):
-            found["settling"] = self._never
-        return Outcome(**found, diverged=False)
+        metrics = {name: float(scores.metrics[m][mover, axis]) for name, m in METRICS.items()}
+        if math.isnan(metrics["settling"]):
+            metrics["settling"] = self._never
+        return Outcome(**metrics, diverged=False)
 
 
 Source = str | Path | Mapping[str, Any]

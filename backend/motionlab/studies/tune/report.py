@@ -82,11 +82,11 @@ def _margins(family: LoopFamily, k_p: Array, k_d: Array) -> GainMargins:
     if family.radius(k_p, k_d) >= 1.0:
         return GainMargins(stable=False, gain_margin=None, phase_margin=None, Ms=None)
     figures = family.figures(float(k_p), float(k_d))._asdict()
-    return GainMargins(stable=True, **{name: _worst(found) for name, found in figures.items()})
+    return GainMargins(stable=True, **{name: _worst(margins) for name, margins in figures.items()})
 
 
-def _worst(found: VelocityMargin) -> WorstMargin | None:
-    return WorstMargin(**found._asdict()) if math.isfinite(found.value) else None
+def _worst(margin: VelocityMargin) -> WorstMargin | None:
+    return WorstMargin(**margin._asdict()) if math.isfinite(margin.value) else None
 
 
 _HEAD = ("k_p", "k_d", "peak", "rms", "effort", "gain m.", "phase m.", "Ms", "cost")
@@ -103,7 +103,7 @@ _SCALES = {
 """Columns after the gains, and their unit in SI."""
 
 
-def report(found: TuneDocument) -> str:
+def report(document: TuneDocument) -> str:
     """Return a table of candidates for each axis, warnings below it.
 
     Parameters
@@ -116,21 +116,22 @@ def report(found: TuneDocument) -> str:
     str
         Several lines.
     """
-    wanted = " + ".join(
+    objective = " + ".join(
         metric if weight == 1.0 else f"{weight:g} {metric}"
-        for metric, weight in found.objective.items()
+        for metric, weight in document.objective.items()
     )
-    start, end = found.window
+    start, end = document.window
     lines = [
-        f"{found.scenario}, gains of {found.variant} on {', '.join(found.plants)}: least {wanted} "
-        f"from {start:g} to {end:g} s, {found.evaluations} sets of gains tried",
+        f"{document.scenario}, gains of {document.variant} on {', '.join(document.plants)}: "
+        f"least {objective} "
+        f"from {start:g} to {end:g} s, {document.evaluations} sets of gains tried",
     ]
-    for group in found.groups:
-        lines += ["", *_group(group, found.plants)]
-    if found.set:
+    for group in document.groups:
+        lines += ["", *_group(group, document.plants)]
+    if document.set:
         lines += ["", "the best of it:"]
-        lines += [f"  --set {path}={value:.6g}" for path, value in found.set.items()]
-    lines += [f"warning: {warning}" for warning in found.warnings]
+        lines += [f"  --set {path}={value:.6g}" for path, value in document.set.items()]
+    lines += [f"warning: {warning}" for warning in document.warnings]
     return "\n".join(lines)
 
 
@@ -151,8 +152,8 @@ def _candidate(candidate: Candidate) -> list[str]:
         worst = worst_of(tuned)
         cells = [f"{tuned.k_p / 1e3:.1f}", f"{tuned.k_d / 1e3:.3f}"]
         for quantity, scale in _SCALES.items():
-            found = worst.get(quantity)
-            cells.append(_number(found.value, scale) if found else "-")
+            motor = worst.get(quantity)
+            cells.append(_number(motor.value, scale) if motor else "-")
         lines.append(_row(f"  {name} {axis}", [*cells, _number(candidate.cost)]))
         lines += textwrap.wrap(
             _places(worst),
@@ -192,14 +193,14 @@ def worst_of(tuned: TunedAxis) -> dict[str, WorstMotor]:
         ``phase_margin`` and ``Ms``; without the margins that no motor has, and with none of
         them where a loop is unstable.
     """
-    found: dict[str, WorstMotor] = {}
+    worst_motors: dict[str, WorstMotor] = {}
     for quantity in ("peak", "rms", "effort"):
         values = {motor: getattr(metrics, quantity) for motor, metrics in tuned.metrics.items()}
         motor = max(values, key=lambda name: math.inf if values[name] is None else values[name])
         value = values[motor]
-        found[quantity] = WorstMotor(math.inf if value is None else value, motor, None)
+        worst_motors[quantity] = WorstMotor(math.inf if value is None else value, motor, None)
     if not all(margins.stable for margins in tuned.margins.values()):
-        return found
+        return worst_motors
     for quantity, worst in (("gain_margin", min), ("phase_margin", min), ("Ms", max)):
         margins = [
             WorstMotor(margin.value, motor, margin.velocity)
@@ -207,8 +208,8 @@ def worst_of(tuned: TunedAxis) -> dict[str, WorstMotor]:
             if (margin := getattr(every, quantity)) is not None
         ]
         if margins:
-            found[quantity] = worst(margins)
-    return found
+            worst_motors[quantity] = worst(margins)
+    return worst_motors
 
 
 def _places(worst: dict[str, WorstMotor]) -> str:

@@ -79,7 +79,7 @@ class _Meeting:
     def __init__(self, parties: int, evaluate: Evaluate) -> None:
         self._evaluate = evaluate
         self._present = set(range(parties))
-        self._asked: dict[int, Array] = {}
+        self._points: dict[int, Array] = {}
         self._answers: dict[int, float] = {}
         self._condition = threading.Condition()
         self.failure: BaseException | None = None
@@ -87,7 +87,7 @@ class _Meeting:
     def ask(self, start: int, point: Array) -> float:
         """Return the value at a point, once every other start waits for one too."""
         with self._condition:
-            self._asked[start] = point
+            self._points[start] = point
             self._answer_if_complete()
             self._condition.wait_for(lambda: start in self._answers or self.failure is not None)
             if self.failure is not None:
@@ -101,16 +101,16 @@ class _Meeting:
             self._answer_if_complete()
 
     def _answer_if_complete(self) -> None:
-        if self.failure is not None or not self._asked or set(self._asked) != self._present:
+        if self.failure is not None or not self._points or set(self._points) != self._present:
             return
-        questions = sorted(self._asked.items())
+        questions = sorted(self._points.items())
         try:
             values = self._evaluate(questions)
         except BaseException as error:  # raised in the thread that waits for the starts
             self.failure = error
         else:
             self._answers = {start: v for (start, _), v in zip(questions, values, strict=True)}
-        self._asked = {}
+        self._points = {}
         self._condition.notify_all()
 
 
@@ -171,10 +171,10 @@ def _descend(
     """
     best, least, made, step = start, math.inf, 0, _FIRST_STEP
     while True:
-        found = _simplex(best, bounds, value, step, evaluations - made)
-        made += int(found.nfev)
-        before, best, least = least, np.asarray(found.x), float(found.fun)
-        converged = bool(found.success)
+        minimum = _simplex(best, bounds, value, step, evaluations - made)
+        made += int(minimum.nfev)
+        before, best, least = least, np.asarray(minimum.x), float(minimum.fun)
+        converged = bool(minimum.success)
         led_on = least < before - _WORTH * abs(before) if math.isfinite(before) else True
         if not converged or not led_on or evaluations - made <= len(start) + 1:
             return SearchEnd(best, made, converged)
@@ -333,22 +333,22 @@ class _Search:
             of_trial(of_loops(group, values), group, outcomes)
             for values, outcomes in zip(numbers, tried, strict=True)
         ]
-        present, paper, *found = zip(numbers, tried, verdicts, strict=True)
-        best_first = sorted(range(len(found)), key=lambda i: found[i][2].value)
+        present, paper, *judged = zip(numbers, tried, verdicts, strict=True)
+        best_first = sorted(range(len(judged)), key=lambda i: judged[i][2].value)
         return (
             candidate(group, *present, "present"),
             candidate(group, *paper, "paper"),
-            [candidate(group, *found[i], "start", i) for i in best_first],
+            [candidate(group, *judged[i], "start", i) for i in best_first],
         )
 
     def _document(self, group: Group, ended: Sequence[SearchEnd]) -> TunedGroup:
         mine = [i for i, owner in enumerate(self.owners) if owner is group]
-        present, paper, found = self._candidates(group, [ended[i].point for i in mine])
+        present, paper, candidates = self._candidates(group, [ended[i].point for i in mine])
         return TunedGroup(
             axes=list(group.axes),
             present=present,
             paper=paper,
-            candidates=found,
+            candidates=candidates,
             starts=[
                 TunedStart(
                     **vars(self.histories[i]),

@@ -223,7 +223,7 @@ def knobs(scenario: Scenario, variant: str, axis: str) -> list[Knob]:
     controller = scenario.variants[variant].controller
     path = f"variants.{variant}.controller"
     gains = f"{path}.{axis}"
-    found = [
+    knob_list = [
         Knob(f"k_p {axis}", {f"{gains}.k_p": 1.0}, LARGEST, {}),
         Knob(f"k_d {axis}", {f"{gains}.k_d": 1.0}, LARGEST, {}),
         Knob(
@@ -235,7 +235,7 @@ def knobs(scenario: Scenario, variant: str, axis: str) -> list[Knob]:
     ]
     if compensates(controller):
         model = f"{path}.model.{axis}.friction"
-        found += [
+        knob_list += [
             Knob(f"{label}, {axis}", {f"{model}.{name}": 1.0}, most, {})
             for name, label, most in _NUMBERS
         ]
@@ -243,15 +243,15 @@ def knobs(scenario: Scenario, variant: str, axis: str) -> list[Knob]:
         on: dict[str, Any] = {f"{path}.compensation.enabled": True}
         if controller.compensation.law == "off":
             on[f"{path}.compensation.law"] = "lugre-observer"
-        found.append(Knob("friction compensation on", {}, 1.0, on))
+        knob_list.append(Knob("friction compensation on", {}, 1.0, on))
     if controller.disturbance_observer.enabled:
         paths = {f"{path}.{_DOB}.bandwidth": 1.0}
-        found.append(Knob("bandwidth of the disturbance observer", paths, 8.0, {}))
+        knob_list.append(Knob("bandwidth of the disturbance observer", paths, 8.0, {}))
     else:
-        found.append(Knob("disturbance observer on", {}, 1.0, {f"{path}.{_DOB}.enabled": True}))
+        knob_list.append(Knob("disturbance observer on", {}, 1.0, {f"{path}.{_DOB}.enabled": True}))
     if not controller.feedforward:
-        found.append(Knob("feedforward on", {}, 1.0, {f"{path}.feedforward": True}))
-    return found
+        knob_list.append(Knob("feedforward on", {}, 1.0, {f"{path}.feedforward": True}))
+    return knob_list
 
 
 def trials(knob: Knob, values: dict[str, float], steps: int = _STEPS) -> list[Trial]:

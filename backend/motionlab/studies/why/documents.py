@@ -153,11 +153,11 @@ class WhyDocument(BaseModel):
     notes: list[str]
 
 
-def report(found: WhyDocument) -> str:
+def report(document: WhyDocument) -> str:
     """Return causes by their share, and the change that mends the peak."""
-    head = f"{found.scenario}, {found.variant} {found.axis}"
+    head = f"{document.scenario}, {document.variant} {document.axis}"
     lines = [
-        f"{head}: {_um(found.peak)} um at {found.time:.4g} s",
+        f"{head}: {_um(document.peak)} um at {document.time:.4g} s",
         "",
         table(
             ("without", "um", "share of the peak"),
@@ -167,15 +167,15 @@ def report(found: WhyDocument) -> str:
                     _um(cause.error),
                     "diverged" if cause.share is None else f"{100 * cause.share:.1f} %",
                 )
-                for cause in found.causes
+                for cause in document.causes
             ],
             right={1, 2},
         ),
     ]
-    if found.absent:
-        lines += ["", "not there: " + ", ".join(cause.label for cause in found.absent)]
-    lines += ["", f"goal {_um(found.goal)} um: {_mend(found.mend) or found.why_not}"]
-    return "\n".join(lines + [f"note: {note}" for note in found.notes])
+    if document.absent:
+        lines += ["", "not there: " + ", ".join(cause.label for cause in document.absent)]
+    lines += ["", f"goal {_um(document.goal)} um: {_mend(document.mend) or document.why_not}"]
+    return "\n".join(lines + [f"note: {note}" for note in document.notes])
 
 
 def _um(value: float | None) -> str:
@@ -186,15 +186,15 @@ def _mend(mend: Mend | None) -> str:
     if mend is None:
         return ""
     times = "" if mend.factor is None else f" times {mend.factor:.3g}"
-    said = [f"{_um(mend.window_error)} um over the window"]
+    effects = [f"{_um(mend.window_error)} um over the window"]
     if mend.gain_margin is not None:
-        said.append(f"gain margin {20 * math.log10(mend.gain_margin):.3g} dB")
+        effects.append(f"gain margin {20 * math.log10(mend.gain_margin):.3g} dB")
     if mend.phase_margin is not None:
-        said.append(f"phase margin {math.degrees(mend.phase_margin):.3g} degrees")
+        effects.append(f"phase margin {math.degrees(mend.phase_margin):.3g} degrees")
     if mend.eased:
-        said.append("no margin worse than now")
+        effects.append("no margin worse than now")
     options = " ".join(f"--set {path}={_toml(value)}" for path, value in mend.set.items())
-    return f"{mend.label}{times}: {', '.join(said)}\n  {options}"
+    return f"{mend.label}{times}: {', '.join(effects)}\n  {options}"
 
 
 def _toml(value: object) -> str:

@@ -152,7 +152,7 @@ def explain(planned: WhyPlan) -> WhyDocument:
     goal = planned.request.goal or GOAL * here
     removals = {kind.id: _effective(now, kind.changes(now, variant, axis)) for kind in CAUSES}
     there = [kind for kind in CAUSES if removals[kind.id]]
-    found = _peaks(base, [removals[kind.id] for kind in there], look)
+    peaks = _peaks(base, [removals[kind.id] for kind in there], look)
     causes = [
         Cause(
             id=kind.id,
@@ -162,7 +162,7 @@ def explain(planned: WhyPlan) -> WhyDocument:
             share=1.0 - without / here if math.isfinite(without) and here > 0.0 else None,
             set=removals[kind.id],
         )
-        for kind, (without, _) in zip(there, found, strict=True)
+        for kind, (without, _) in zip(there, peaks, strict=True)
     ]
     causes.sort(key=lambda cause: -math.inf if cause.share is None else cause.share, reverse=True)
     search = _Search(planned, now, axis, look, goal, present=(here, whole))
@@ -382,7 +382,7 @@ class _Search:
 
     def _document(self, each: Trial, peak: Errors, figures: Figures | None) -> Mend:
         margins = {} if figures is None else figures._asdict()
-        values = {name: found.value for name, found in margins.items()}
+        values = {name: worst.value for name, worst in margins.items()}
         return Mend(
             label=each.knob.label,
             set=each.set,
@@ -453,15 +453,15 @@ def _peaks(
     base: Prepared, cases: Sequence[Mapping[str, Any]], look: _Look
 ) -> list[tuple[float, float]]:
     """Return the largest errors of a run with each of some changes, as `_Look.at` does."""
-    found = [(math.nan, math.nan)] * len(cases)
+    peaks = [(math.nan, math.nan)] * len(cases)
 
     def watch(movers: NDArray[np.int64], errors: NDArray[np.float32]) -> None:
         for mover, own in zip(movers.tolist(), errors, strict=True):
-            found[mover] = look.at(own)
+            peaks[mover] = look.at(own)
 
     if cases:
         run_prepared([_case(base, changes) for changes in cases], watch=watch)
-    return found
+    return peaks
 
 
 def _peak(planned: WhyPlan, errors: NDArray[np.float32]) -> tuple[str, int]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
+from motionlab.studies.options import set_options
 from motionlab.studies.study import Progress, Study, StudyCommand, lazy
 
 if TYPE_CHECKING:
@@ -68,6 +69,5 @@ class WhyStudy(Study):
 
     def request_of(self, options: argparse.Namespace, changes: dict[str, Any]) -> dict[str, Any]:
         """Return the request of the options."""
-        given = {name: getattr(options, name) for name in ("variant", "axis", "time", "goal")}
-        said = {name: value for name, value in given.items() if value is not None}
-        return super().request_of(options, changes) | said
+        overrides = set_options(options, "variant", "axis", "time", "goal")
+        return super().request_of(options, changes) | overrides

@@ -174,10 +174,10 @@ class _Regression:
             return self.residuals(chosen)
 
         start = np.clip([self.values[name] for name in names], low, high) / size
-        found = least_squares(residuals, start, bounds=(low / size, high / size), x_scale="jac")
-        residuals(found.x)
-        edge = [n for n, at in zip(names, found.active_mask, strict=True) if at]
-        return _Solved(names, chosen, found.x * size, found.fun, found.jac / size, edge)
+        solution = least_squares(residuals, start, bounds=(low / size, high / size), x_scale="jac")
+        residuals(solution.x)
+        edge = [n for n, at in zip(names, solution.active_mask, strict=True) if at]
+        return _Solved(names, chosen, solution.x * size, solution.fun, solution.jac / size, edge)
 
     def best(self, names: tuple[str, ...], chosen: Mask, starts: Sequence[Values]) -> _Solved:
         """Minimise from several starts; keep the values of the least sum."""
@@ -203,8 +203,8 @@ class _Regression:
             slopes.append((ends[0] - ends[1]) / (2.0 * step))
             self.values[name] = values[name]
         length = _lengths(solved.jacobian)
-        found = np.linalg.lstsq(solved.jacobian / length, np.transpose(slopes), rcond=1e-9)[0]
-        return -found / length[:, None]
+        shift = np.linalg.lstsq(solved.jacobian / length, np.transpose(slopes), rcond=1e-9)[0]
+        return -shift / length[:, None]
 
 
 def fit_record(
@@ -260,16 +260,16 @@ def fit_record(
     for each in range(_ROUNDS if why is None else 0):
         progress((each + 0.5) / (_ROUNDS + 0.5))
         outside = {name: regression.values[name] for name in ("lag", "sigma_1")}
-        told = turning.solve((*PRESLIDING, "lag"), about)
-        presliding = _fitted(told, PRESLIDING)
+        turned = turning.solve((*PRESLIDING, "lag"), about)
+        presliding = _fitted(turned, PRESLIDING)
         if each == _ROUNDS - 1:
             rest = _fitted(solved, known)
-            presliding = _widened(presliding, rest, turning.moved(told, known)[:2])
+            presliding = _widened(presliding, rest, turning.moved(turned, known)[:2])
             hidden = _HIDDEN * float(np.median(near.hidden[about]))
             share = hidden * presliding["sigma_0"] / regression.values["F_s"]
             presliding = _doubted(presliding, share * presliding.values)
             unsure = float(presliding.half_width[0])
-            why = _NO_LAG if _lag_is_beyond(told) else _untold(presliding)
+            why = _NO_LAG if _lag_is_beyond(turned) else _untold(presliding)
         regression.values |= outside
         solved = regression.solve(names, sliding)
     if why is not None:
@@ -402,8 +402,8 @@ def _fitted(solved: _Solved, names: tuple[str, ...]) -> Fitted:
     """Return some of the estimates, with intervals by the jackknife over blocks of the record."""
     count = len(solved.residuals)
     blocks = min(_BLOCKS, max(_FEWEST_BLOCKS, count // _BLOCK_WINDOWS))
-    found = scatter(solved.jacobian, solved.residuals, np.arange(count) * blocks // count)
-    half_width = student(found.degrees) * found.errors
+    spread = scatter(solved.jacobian, solved.residuals, np.arange(count) * blocks // count)
+    half_width = student(spread.degrees) * spread.errors
     chosen = _places(solved, names)
     both = np.ix_(chosen, chosen)
     values, half_width = solved.values[chosen], half_width[chosen]
@@ -412,11 +412,11 @@ def _fitted(solved: _Solved, names: tuple[str, ...]) -> Fitted:
     return Fitted(
         names=names,
         values=values,
-        errors=found.errors[chosen],
+        errors=spread.errors[chosen],
         half_width=half_width,
         residual_rms=float(np.sqrt(np.mean(solved.residuals**2))),
-        correlation=found.correlation[both],
-        warnings=doubts(names, values, half_width, white, edge, found.degrees[chosen]),
+        correlation=spread.correlation[both],
+        warnings=doubts(names, values, half_width, white, edge, spread.degrees[chosen]),
         edge=tuple(edge),
     )
 

@@ -43,7 +43,7 @@ from motionlab.studies.identify.report import (
     is_a_model,
     known_document,
 )
-from motionlab.studies.identify.rig import compared
+from motionlab.studies.identify.rig import compare_models
 from motionlab.telemetry.channels import Sample
 
 _ERROR = Sample._fields.index("following_error")
@@ -118,10 +118,10 @@ def _of_axis(fit: RecordFit, plant: PlantConfig, axis: str) -> dict[str, FittedV
                 friction[name] = value
     if not is_a_model({name: each.value for name, each in friction.items()}, old.friction):
         friction = {}
-    found = {f"{axis}.friction.{name}": value for name, value in friction.items()}
+    changes = {f"{axis}.friction.{name}": value for name, value in friction.items()}
     if "M" in fit.further.names and fit.further.determines("M"):
-        found[f"{axis}.mass"] = _value(fit.further, "M", old.mass)
-    return found
+        changes[f"{axis}.mass"] = _value(fit.further, "M", old.mass)
+    return changes
 
 
 def _value(fitted: Fitted, name: str, before: float) -> FittedValue:
@@ -191,13 +191,13 @@ def _errors(scenario: Scenario, variant: str, axes: list[str], ticks: int) -> np
     """
     one = scenario.model_copy(update={"variants": {variant: scenario.variants[variant]}})
     simulation = Simulation(prepare(one, checked=True))
-    page, found = sample_page(1), []
+    page, pages = sample_page(1), []
     while simulation.tick < ticks and (count := simulation.advance(page)):
-        found.append(variant_columns(page, 0, count)[_ERROR].copy())
+        pages.append(variant_columns(page, 0, count)[_ERROR].copy())
     (failed,) = simulation.failed_ticks
     if failed is not None:
         raise ExperimentFailed(f"it diverges at t = {failed * CONTROL_PERIOD:.4f} s")
-    errors = np.concatenate(found, axis=1)[:, :ticks]
+    errors = np.concatenate(pages, axis=1)[:, :ticks]
     return errors[["xy".index(axis) for axis in axes]].astype(np.float64)
 
 
@@ -238,7 +238,7 @@ def identify_record(
     rig, true = experiment.rig, experiment.true
     known = {axis: known_document(rig, axis, true) for axis in experiment.axes}
     columns = of_run(experiment.run.id)
-    found: dict[str, AxisIdentification] = {}
+    results: dict[str, AxisIdentification] = {}
     failed: list[str] = []
     changes: dict[str, float] = {}
     fits: dict[str, RecordFit] = {}
@@ -252,21 +252,21 @@ def identify_record(
             partial = PartialIdentification(
                 standing=standing,
                 known=known,
-                axes={name: each.points for name, each in found.items()},
-                found=dict(found),
+                axes={name: each.points for name, each in results.items()},
+                found=dict(results),
             )
             progress((index + share) / count, partial)
 
         at(0.0)
         try:
-            found[axis], values, fits[axis] = _axis(experiment, axis, columns, at)
+            results[axis], values, fits[axis] = _axis(experiment, axis, columns, at)
         except ExperimentFailed as error:
             failed.append(f"{axis}: {error}")
             continue
         changes |= values
-    if not found:
+    if not results:
         raise ExperimentFailed(f"identification from {experiment.run.id}: {'; '.join(failed)}")
-    for each in found.values():
+    for each in results.values():
         each.warnings.extend(failed)
     first, last = experiment.part
     compare = experiment.request.compare and bool(changes)
@@ -280,10 +280,10 @@ def identify_record(
         apply_to=rig.apply_to,
         run=experiment.run.id,
         simulated_time=(last - first) * experiment.run.period,
-        axes=found,
+        axes=results,
         set=changes,
         motor=fitted_motor(experiment, fits, columns),
-        comparison=compared(rig, experiment.source, experiment.request.set, changes)
+        comparison=compare_models(rig, experiment.source, experiment.request.set, changes)
         if compare
         else None,
     )
@@ -295,7 +295,7 @@ def _axis(
     """Return what was found on an axis, the paths to change, and the fit behind both."""
     rig, chosen = experiment.rig, experiment.axes[axis]
     believed = rig.identified_model(axis).friction
-    given = experiment.request.record.mass is not None
+    mass_known = experiment.request.record.mass is not None
     model = experiment.old_model(axis)
     motions, fit, doubts = _fitted(experiment, axis, columns, model, at)
     motion = motions.sliding
@@ -318,7 +318,7 @@ def _axis(
     changes = {path + name: value for name, value in applied.items()}
     true = experiment.true
     sliding = fit_document(rig, axis, fit.sliding, "N", true)
-    if not given:
+    if not mass_known:
         mass = fit_document(rig, axis, fit.further, "N", true)
         sliding.parameters["M"] = mass.parameters["M"]
         sliding.warnings.extend(w for w in mass.warnings if w.startswith("M "))

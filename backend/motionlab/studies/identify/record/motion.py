@@ -372,9 +372,9 @@ def _twice(position: Array, window: Window, order: int) -> Array:
 def _quiet(position: Array, missing: Mask, noise: float, window: Window, still: float) -> Window:
     """Return a window, longer where noise would drown the acceleration, which biases the mass."""
     for longer in np.geomspace(1.0, _LONGEST, 13):
-        found = Window(longer * window.half, window.period)
-        if noise * found.noise(2) <= still * _rms(position, missing, found, 2):
-            return found
+        longer_window = Window(longer * window.half, window.period)
+        if noise * longer_window.noise(2) <= still * _rms(position, missing, longer_window, 2):
+            return longer_window
     return Window(_LONGEST * window.half, window.period)
 
 
@@ -430,11 +430,11 @@ def _whole(mask: Mask, reach: int, step: int) -> Mask:
 def _long(mask: Mask, least: int) -> Mask:
     """Return a mask without its stretches shorter than `least` samples."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
-    found = np.zeros(len(mask), dtype=bool)
+    long = np.zeros(len(mask), dtype=bool)
     for begin, end in zip(edges[::2], edges[1::2], strict=True):
         if end - begin > least:
-            found[begin:end] = True
-    return found
+            long[begin:end] = True
+    return long
 
 
 def _last(path: Array, mask: Mask) -> Array:

@@ -124,8 +124,8 @@ class RecordExperiment:
 
     def old_model(self, axis: str) -> AxisModelConfig:
         """Return the old model, with the mass that is given or the driving variant's."""
-        given = self.request.record.mass
-        mass = self.rig.model(axis).mass if given is None else given
+        known_mass = self.request.record.mass
+        mass = self.rig.model(axis).mass if known_mass is None else known_mass
         return self.rig.identified_model(axis).model_copy(update={"mass": mass})
 
     @property
@@ -246,18 +246,18 @@ def _bandwidth(request: IdentifyRequest, run: RunDetail) -> float:
             )
         )
     most = _OF_RATE * rate
-    given = request.record.bandwidth
-    if given is not None and given > most * (1.0 + 1e-9):
+    bandwidth = request.record.bandwidth
+    if bandwidth is not None and bandwidth > most * (1.0 + 1e-9):
         raise ConfigError(
             FieldError(
                 "record.bandwidth",
                 f"is too large for a rate of {rate:.4g} Hz",
-                given,
+                bandwidth,
                 unit="Hz",
                 bounds={"maximum": float(f"{most:.4g}")},
             )
         )
-    return min(_BANDWIDTH, most) if given is None else given
+    return min(_BANDWIDTH, most) if bandwidth is None else bandwidth
 
 
 def _columns(
@@ -273,20 +273,20 @@ def _columns(
     units = {column["name"]: column["unit"] for column in run.columns}
     if run.scenario_document is not None:
         force = run.scenario_document.get("plant", {}).get("force", force)
-    found: dict[str, AxisColumns] = {}
+    columns: dict[str, AxisColumns] = {}
     refused: list[FieldError] = []
     named = request.record.position is not None or request.record.force is not None
     for axis in request.axes:
         try:
-            found[axis] = _of_axis(request, units, f"{variant}.{axis}.", force != "ideal")
+            columns[axis] = _of_axis(request, units, f"{variant}.{axis}.", force != "ideal")
         except ConfigError as error:
             refused += error.errors
     if named and len(request.axes) > 1:
         message = "columns that are named are those of one axis"
         raise ConfigError(FieldError("axis", message, request.axis, "x or y"))
-    if refused and (not found or request.axis != "both"):
+    if refused and (not columns or request.axis != "both"):
         raise ConfigError(*refused)
-    return found
+    return columns
 
 
 def _of_axis(
@@ -320,26 +320,26 @@ def _first(units: dict[str, str], prefix: str, names: tuple[str, ...]) -> str | 
     return next((prefix + name for name in names if prefix + name in units), None)
 
 
-def _factor(loc: str, name: str, units: dict[str, str], wanted: str) -> float:
+def _factor(loc: str, name: str, units: dict[str, str], si_unit: str) -> float:
     """Return the factor of a column to SI."""
     if name not in units:
-        raise ConfigError(FieldError(loc, "is no column of the run", name, _listed(units, wanted)))
-    found = si_of(units[name]) if units[name] else None
-    if found is None or found[0] != wanted:
-        message = f"column {name!r} has a unit other than {wanted}"
-        raise ConfigError(FieldError(loc, message, units[name] or "none", f"a unit of {wanted}"))
-    return found[1]
+        raise ConfigError(FieldError(loc, "is no column of the run", name, _listed(units, si_unit)))
+    factor = si_of(units[name]) if units[name] else None
+    if factor is None or factor[0] != si_unit:
+        message = f"column {name!r} has a unit other than {si_unit}"
+        raise ConfigError(FieldError(loc, message, units[name] or "none", f"a unit of {si_unit}"))
+    return factor[1]
 
 
 def _missing(
-    loc: str, prefix: str, names: tuple[str, ...], units: dict[str, str], wanted: str
+    loc: str, prefix: str, names: tuple[str, ...], units: dict[str, str], si_unit: str
 ) -> ConfigError:
     message = f"the run has none of {', '.join(prefix + name for name in names)}; name a column"
-    return ConfigError(FieldError(loc, message, None, _listed(units, wanted)))
+    return ConfigError(FieldError(loc, message, None, _listed(units, si_unit)))
 
 
-def _listed(units: dict[str, str], wanted: str) -> str:
+def _listed(units: dict[str, str], si_unit: str) -> str:
     """Return which columns have a unit."""
-    fit = [name for name, unit in units.items() if (found := si_of(unit)) and found[0] == wanted]
+    fit = [name for name, unit in units.items() if (factor := si_of(unit)) and factor[0] == si_unit]
     more = f" and {len(fit) - 20} more" if len(fit) > 20 else ""
-    return f"one of {', '.join(fit[:20])}{more}" if fit else f"none: no column is in {wanted}"
+    return f"one of {', '.join(fit[:20])}{more}" if fit else f"none: no column is in {si_unit}"
