@@ -316,7 +316,8 @@ def report(document: MonteCarloDocument) -> str:
     """
     lines = [
         f"{document.scenario}, {document.cases} plants around {document.plant}, "
-        f"seed {document.seed}; metrics over {document.window['start']:g} s to {document.window['end']:g} s",
+        f"seed {document.seed}; metrics over {document.window['start']:g} s to "
+        f"{document.window['end']:g} s",
         *document.notes,
         "",
         f"{'':24}" + "".join(head.rjust(_WIDTH) for head in ("min", "5 %", "50 %", "95 %", "max")),
