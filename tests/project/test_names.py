@@ -16,7 +16,6 @@ SERVED = {"found": "studies/identify/documents.py"}
 """Names of REST documents, and the files that declare them: they stay."""
 
 LEFT = {
-    "analysis": 230,
     "cli": 236,
     "config": 89,
     "control": 2,
@@ -33,7 +32,6 @@ LEFT = {
     "loop": 14,
     "motor_design": 91,
     "plant": 4,
-    "reports": 81,
     "scene3d": 19,
     "scripting": 62,
     "server": 239,

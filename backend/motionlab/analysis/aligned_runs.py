@@ -61,16 +61,16 @@ class Aligned:
 
     def rule(self, name: str) -> tuple[Tolerance, Interpolation]:
         """Return tolerance and interpolation of a channel."""
-        wanted = self.how.channels.get(name)
-        if wanted is None:
+        rule = self.how.channels.get(name)
+        if rule is None:
             fit = [r for p, r in self.how.channels.items() if fits(name, p)]
-            wanted = fit[-1] if fit else Rule()
-        given = wanted.model_dump(exclude={"interpolation"}, exclude_none=True)
+            rule = fit[-1] if fit else Rule()
+        limits = rule.model_dump(exclude={"interpolation"}, exclude_none=True)
         unit = self.baseline.units.get(name) or self.candidate.units.get(name)
         held = unit == "1" or "command" in name
         return (
-            self.how.tolerance.model_copy(update=given),
-            wanted.interpolation or ("hold" if held else "linear"),
+            self.how.tolerance.model_copy(update=limits),
+            rule.interpolation or ("hold" if held else "linear"),
         )
 
     def place(self, instant: int) -> Place:
@@ -220,25 +220,25 @@ def _aligned(baseline: Columns, candidate: Columns, how: Comparing) -> Alignment
             return by_reference(own, other, samples=how.samples)
 
 
-def _within(found: Alignment, baseline: Columns, how: Comparing) -> Alignment:
+def _within(alignment: Alignment, baseline: Columns, how: Comparing) -> Alignment:
     """Return the instants within the range of time that is asked for."""
-    if not found.instants or (how.start is None and how.end is None):
-        return found
+    if not alignment.instants or (how.start is None and how.end is None):
+        return alignment
     start, end = (
         default if time is None else time
         for time, default in ((how.start, -math.inf), (how.end, math.inf))
     )
     first, period, _ = baseline.grid
     low, high = ((time - first) / period for time in (start, end))
-    cut = between(found, low - COINCIDENT, high + COINCIDENT)
+    cut = between(alignment, low - COINCIDENT, high + COINCIDENT)
     if cut.instants:
         return cut
-    asked = " ".join(
+    stretch = " ".join(
         f"{word} {time:g} s"
         for word, time in (("from", how.start), ("to", how.end))
         if time is not None
     )
-    return Alignment(0, reason="ranges-differ", note=f"the runs share no instant {asked}")
+    return Alignment(0, reason="ranges-differ", note=f"the runs share no instant {stretch}")
 
 
 def _at(positions: Positions, instant: int) -> float:

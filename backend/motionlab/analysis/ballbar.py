@@ -147,20 +147,20 @@ def circle_of(x: Array, y: Array) -> Circle:
     ConfigError
         If it lies on none; by how much it does not is named.
     """
-    found = _fitted(x, y)
-    off = math.inf if found is None else _off(found, x, y)
-    if found is None or off > ROUNDING + ROUND * found.radius:
-        told = (
+    circle = _fitted(x, y)
+    off = math.inf if circle is None else _off(circle, x, y)
+    if circle is None or off > ROUNDING + ROUND * circle.radius:
+        message = (
             "is no circle: a circular test needs a reference that is one, such as kind = 'circle'"
         )
         raise ConfigError(
             FieldError(
                 "trajectory",
-                told,
-                "a line or a point" if found is None else f"{1e6 * off:.3g} um off the nearest",
+                message,
+                "a line or a point" if circle is None else f"{1e6 * off:.3g} um off the nearest",
             )
         )
-    return found
+    return circle
 
 
 def _fitted(x: Array, y: Array) -> Circle | None:
@@ -198,9 +198,9 @@ def last_laps(circle: Circle, x: Array, y: Array) -> dict[Direction, Lap]:
     angle = np.unwrap(np.arctan2(y - circle.y, x - circle.x))
     step = np.diff(angle)
     moving = np.flatnonzero(np.abs(step) > ROUNDING / circle.radius)
-    found: dict[Direction, Lap] = {}
+    laps: dict[Direction, Lap] = {}
     if len(moving) == 0:
-        return found
+        return laps
     ways = np.sign(step[moving])
     cuts = np.flatnonzero(np.diff(ways)) + 1
     for first, last in zip([0, *cuts], [*cuts, len(moving)], strict=True):
@@ -212,8 +212,8 @@ def last_laps(circle: Circle, x: Array, y: Array) -> dict[Direction, Lap]:
         start = begin + int(np.argmax(turned < 2 * math.pi - max(_WHOLE, own / 2)))
         if stop - start >= _SHORTEST:
             direction: Direction = "ccw" if ways[first] > 0 else "cw"
-            found[direction] = Lap(circle, direction, begin, start, stop)
-    return found
+            laps[direction] = Lap(circle, direction, begin, start, stop)
+    return laps
 
 
 def deviation(

@@ -76,7 +76,7 @@ class Columns:
     @property
     def variants(self) -> list[str]:
         """Letters of the variants that have channels."""
-        return sorted({found[1] for name in self.units if (found := _VARIANT.match(name))})
+        return sorted({match[1] for name in self.units if (match := _VARIANT.match(name))})
 
     def size(self, columns: int) -> int:
         """Return the memory that reading so many columns takes, bytes."""

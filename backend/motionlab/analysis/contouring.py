@@ -140,7 +140,7 @@ def _last_kept(kept: NDArray[np.int64], start: int, end: int) -> NDArray[np.int6
 @cached
 def _nearest(path: Array, here: Array, present: NDArray[np.int64], following_error: Array) -> Array:
     """Return distance, lag, nearest point less reference, and direction of the path there."""
-    found = np.empty((len(present), 6))
+    nearest_points = np.empty((len(present), 6))
     for n in range(len(present)):
         # From the present reference: e is good to picometres, absolute float32 positions are not.
         x, y = -following_error[n, 0], -following_error[n, 1]
@@ -184,9 +184,13 @@ def _nearest(path: Array, here: Array, present: NDArray[np.int64], following_err
         along_x, along_y = in_x / into + out_x / out, in_y / into + out_y / out
         if along_x**2 + along_y**2 < _TURNED:  # the path goes back the way it came
             along_x, along_y = in_x, in_y
-        found[n, 0], found[n, 1], found[n, 2] = np.sqrt(best), lag, foot_x
-        found[n, 3], found[n, 4], found[n, 5] = foot_y, along_x, along_y
-    return found
+        nearest_points[n, 0], nearest_points[n, 1], nearest_points[n, 2] = (
+            np.sqrt(best),
+            lag,
+            foot_x,
+        )
+        nearest_points[n, 3], nearest_points[n, 4], nearest_points[n, 5] = foot_y, along_x, along_y
+    return nearest_points
 
 
 @compiled

@@ -126,16 +126,16 @@ def branches(velocity_reference: Array, position: Array) -> list[Branch]:
     ]
 
 
-def displacement(found: Sequence[Branch], position: Array) -> Array:
+def displacement(parts: Sequence[Branch], position: Array) -> Array:
     """Return the way from the last turn, in the direction of motion, m; NaN before the first."""
     away = np.full(len(position), np.nan)
-    for start, stop, way, turn in found:
+    for start, stop, way, turn in parts:
         away[start:stop] = way * (position[start:stop] - turn)
     return away
 
 
 def presliding(
-    found: Sequence[Branch], position: Array, friction: Array, length: float
+    parts: Sequence[Branch], position: Array, friction: Array, length: float
 ) -> Presliding:
     """Return breakaway force and stiffness of the loops that reversals begin.
 
@@ -154,7 +154,7 @@ def presliding(
     """
     peaks: list[float] = []
     slopes: list[float] = []
-    for start, stop, way, turn in found:
+    for start, stop, way, turn in parts:
         away = way * (position[start:stop] - turn)
         beyond = np.flatnonzero(away > length)
         if len(beyond) == 0:
@@ -197,5 +197,5 @@ def spread_evenly(curves: Sequence[Array], most: int) -> NDArray[np.int64]:
         if range_ > 0.0:
             length += np.abs(np.diff(curve)) / range_
     along = np.concatenate([[0.0], np.cumsum(length)])
-    wanted = np.linspace(0.0, along[-1], most)
-    return np.unique(np.searchsorted(along, wanted).clip(0, count - 1)).astype(np.int64)
+    targets = np.linspace(0.0, along[-1], most)
+    return np.unique(np.searchsorted(along, targets).clip(0, count - 1)).astype(np.int64)

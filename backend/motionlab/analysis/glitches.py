@@ -110,13 +110,13 @@ def glitches(velocity: Array, error: Array, *, count: float, period: float) -> l
         In order of time, without reversals too near the start, or with an error that is not known.
     """
     before = max(1, round(BEFORE / period))
-    found: list[Glitch] = []
+    peaks: list[Glitch] = []
     for turn in reversals(velocity):
         around = error[max(0, turn.tick - before) : turn.end]
         if turn.tick >= before and np.isfinite(around).all():
             mean = _averaged(around, max(1, round(AVERAGED / period)))
-            found.append(_measured(mean, turn, before, count, period))
-    return found
+            peaks.append(_measured(mean, turn, before, count, period))
+    return peaks
 
 
 def _measured(mean: Array, turn: Reversal, before: int, count: float, period: float) -> Glitch:
@@ -127,9 +127,9 @@ def _measured(mean: Array, turn: Reversal, before: int, count: float, period: fl
         (_peak(sign * deviation, noise) for sign in (1, -1)), key=lambda p: abs(deviation[p])
     )
     height = float(deviation[peak])
-    found = Glitch(turn.tick, turn.direction, height, None, None, None)
+    glitch = Glitch(turn.tick, turn.direction, height, None, None, None)
     if abs(height) <= max(2 * count, noise):
-        return found
+        return glitch
     rising = np.abs(deviation[: peak + 1])
     begun = int(np.argmax(rising >= SHARE * abs(height)))
     risen = int(np.argmax(rising >= (1 - SHARE) * abs(height)))
@@ -167,7 +167,7 @@ def _averaged(values: Array, ticks: int) -> Array:
     return np.convolve(ends, np.full(ticks, 1 / ticks), mode="valid")
 
 
-def aligned(error: Array, found: Sequence[Glitch], *, before: int, after: int) -> Array:
+def aligned(error: Array, peaks: Sequence[Glitch], *, before: int, after: int) -> Array:
     """Return the error around each reversal, from its mean before, in the new direction.
 
     Parameters
@@ -191,6 +191,6 @@ def aligned(error: Array, found: Sequence[Glitch], *, before: int, after: int) -
                 error[one.tick - before : one.tick + after]
                 - error[one.tick - before : one.tick].mean()
             )
-            for one in found
+            for one in peaks
         ]
     )

@@ -166,8 +166,8 @@ NO_LOOP = "only a following error has a loop"
 
 def error_of(column: str) -> tuple[str, Literal["x", "y"]] | None:
     """Return variant and axis of a following error, or None for another column."""
-    found = _ERROR.fullmatch(column)
-    return (found[1], "x" if found[2] == "x" else "y") if found else None
+    match = _ERROR.fullmatch(column)
+    return (match[1], "x" if match[2] == "x" else "y") if match else None
 
 
 class Taken(NamedTuple):
@@ -207,19 +207,19 @@ def take(
         bounds: dict[str, float] = {"maximum": SAMPLES_MAX}
         count = part.stop - part.start
         raise ConfigError(FieldError("samples", "too many for one spectrum", count, bounds=bounds))
-    found = spectrum(
+    density = spectrum(
         samples.values[part], period=period, window=options.window, averages=options.averages
     )
-    strongest, bands = peaks(found)
+    strongest, bands = peaks(density)
     note, own = (loop, None) if isinstance(loop, str) else _own(loop)
     if own is None or isinstance(loop, str):
         rows = [_row(peak, None, own=False) for peak in strongest]
-        return Taken(samples, part, found, rows, None, note)
+        return Taken(samples, part, density, rows, None, note)
     shape = _Expected.fitted(own, bands, counts=_counts(loop, period))
     return Taken(
         samples,
         part,
-        found,
+        density,
         [shape.row(peak, bands) for peak in strongest],
         LoopResponse(
             variant=loop.variant,
@@ -252,19 +252,21 @@ def document(taken: list[Taken], options: SpectrumOptions, *, period: float) -> 
 
 
 def _column(taken: Taken, options: SpectrumOptions) -> ColumnSpectrum:
-    samples, found = taken.samples, taken.spectrum
-    low, high = options.low or 0.0, options.high or found.frequency[-1]
-    first = int(np.searchsorted(found.frequency, low))
-    stop = int(np.searchsorted(found.frequency, high, side="right"))
+    samples, density = taken.samples, taken.spectrum
+    low, high = options.low or 0.0, options.high or density.frequency[-1]
+    first = int(np.searchsorted(density.frequency, low))
+    stop = int(np.searchsorted(density.frequency, high, side="right"))
     if stop <= first:
-        ends: dict[str, float] = {"maximum": float(found.frequency[-1])}
-        told = "there is no bin between the least and the largest frequency"
-        raise ConfigError(FieldError("low", told, options.low, unit="Hz", bounds=ends))
-    own = first + thinned(found.density[first:stop], found.frequency[first:stop], options.points)
+        ends: dict[str, float] = {"maximum": float(density.frequency[-1])}
+        message = "there is no bin between the least and the largest frequency"
+        raise ConfigError(FieldError("low", message, options.low, unit="Hz", bounds=ends))
+    own = first + thinned(
+        density.density[first:stop], density.frequency[first:stop], options.points
+    )
     loop = taken.loop
     if loop is not None:
         inside = [
-            i for i, f in enumerate(loop.frequency) if max(low, found.resolution) <= f <= high
+            i for i, f in enumerate(loop.frequency) if max(low, density.resolution) <= f <= high
         ]
         curves = {
             name: [getattr(loop, name)[i] for i in inside]
@@ -277,14 +279,14 @@ def _column(taken: Taken, options: SpectrumOptions) -> ColumnSpectrum:
         start=samples.start + taken.part.start,
         stop=samples.start + taken.part.stop,
         missing=len(samples.values) - (taken.part.stop - taken.part.start),
-        resolution=found.resolution,
-        noise_bandwidth=found.noise_bandwidth,
-        bins=len(found.frequency),
-        rms=found.rms,
-        frequency=_figures(found.frequency[own]),
-        density=_figures(found.density[own]),
-        amplitude=_figures(found.amplitude[own]),
-        cumulative=_figures(found.cumulative[own]),
+        resolution=density.resolution,
+        noise_bandwidth=density.noise_bandwidth,
+        bins=len(density.frequency),
+        rms=density.rms,
+        frequency=_figures(density.frequency[own]),
+        density=_figures(density.density[own]),
+        amplitude=_figures(density.amplitude[own]),
+        cumulative=_figures(density.cumulative[own]),
         peaks=taken.peaks,
         loop=loop,
         note=taken.note,
@@ -328,12 +330,12 @@ def _at(frequency: Array, response: DisturbanceResponse, values: Array) -> Array
 def _own(loop: OwnLoop) -> tuple[str, DisturbanceResponse | None]:
     """Return the responses of a loop, or why there are none."""
     try:
-        found = disturbance_response(loop.scenario, loop.variant, loop.axis, v=loop.velocity)
+        response = disturbance_response(loop.scenario, loop.variant, loop.axis, v=loop.velocity)
     except ConfigError as error:
         return str(error), None
-    if not found.stable:
+    if not response.stable:
         return f"the loop linearised about {1e3 * loop.velocity:.3g} mm/s is unstable", None
-    return "", found
+    return "", response
 
 
 def _counts(loop: OwnLoop, period: float) -> float:

@@ -204,13 +204,13 @@ def variant_metrics(
     axes = {}
     for axis in reference.moving:
         index = AXES.index(axis)
-        found = {name: float(values[index]) for name, values in plain.items()} | hold_metrics(
+        figures = {name: float(values[index]) for name, values in plain.items()} | hold_metrics(
             errors[:, index], reference, axis, window, settling_band=settling_band
         )
         absent = {
             each for each, channel in _OF_CHANNEL.items() if not _is_measured(record, channel, axis)
         }
-        axes[axis] = {name: None if name in absent else found[name] for name in DEFINITIONS}
+        axes[axis] = {name: None if name in absent else figures[name] for name in DEFINITIONS}
     distance = contour_error(*prolonged(reference.position, window), errors)
     contour = {"max": float(distance.max()), "rms": float(np.sqrt(np.mean(distance**2)))}
     return {"axes": axes, "contour": contour}

@@ -130,12 +130,12 @@ def path_errors(
     """
     e_x, e_y = following_error.T
     t_x, t_y = tangent.T
-    found = nearest(path, window, following_error)
+    errors = nearest(path, window, following_error)
     return PathErrors(
         arc=arc_length(path[slice(*window)]),
-        contour=found.contour,
-        lag=found.lag,
-        foot=found.foot,
+        contour=errors.contour,
+        lag=errors.lag,
+        foot=errors.foot,
         tracking=np.hypot(e_x, e_y),
         along=e_x * t_x + e_y * t_y,
         across=e_x * t_y - e_y * t_x,
@@ -165,20 +165,20 @@ def peaks_of(errors: PathErrors) -> list[Peak]:
     around = np.concatenate([[-np.inf], highest, [-np.inf]])
     tops = np.flatnonzero((highest > around[:-2]) & (highest >= around[2:]))
     ends = np.append(starts[1:], len(size))
-    found = []
+    peaks = []
     for top in tops[np.argsort(-highest[tops], kind="stable")][:PEAKS]:
         sample = int(starts[top] + np.argmax(size[starts[top] : ends[top]]))
-        found.append(Peak(sample, float(errors.contour[sample])))
-    return found
+        peaks.append(Peak(sample, float(errors.contour[sample])))
+    return peaks
 
 
 def drawn_samples(errors: PathErrors) -> NDArray[np.int64]:
     """Return the samples that are drawn: of each part of the stretch first and extremes."""
     count = len(errors.arc)
     bounds = np.linspace(0, count, min(count, _DRAWN) + 1).astype(int)
-    found = {0, count - 1}
+    samples = {0, count - 1}
     for start, stop in itertools.pairwise(bounds):
         part = slice(start, stop)
         extremes = (errors.contour[part].argmin(), errors.contour[part].argmax())
-        found.update(int(start + k) for k in (0, *extremes, errors.tracking[part].argmax()))
-    return np.array(sorted(found))
+        samples.update(int(start + k) for k in (0, *extremes, errors.tracking[part].argmax()))
+    return np.array(sorted(samples))

@@ -205,9 +205,9 @@ def rests(reference: Array, period: float) -> list[Rest]:
     ]
 
 
-def grouped(found: Sequence[Rest]) -> list[tuple[float, list[Rest], list[Rest]]]:
+def grouped(rests: Sequence[Rest]) -> list[tuple[float, list[Rest], list[Rest]]]:
     """Return targets with two rests or more in each direction, rising: place, up, down."""
-    ordered = sorted(found, key=lambda rest: rest.place)
+    ordered = sorted(rests, key=lambda rest: rest.place)
     groups: list[list[Rest]] = []
     for rest in ordered:
         if groups and rest.place - groups[-1][0].place <= SAME:

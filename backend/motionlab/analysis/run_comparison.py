@@ -69,8 +69,8 @@ def compare(
     channels: list[ChannelComparison] = []
     with ThreadPoolExecutor(_threads()) as threads:
         try:
-            for found in threads.map(lambda some: _channels(aligned, some), batches):
-                channels += found
+            for compared in threads.map(lambda some: _channels(aligned, some), batches):
+                channels += compared
                 progress(len(channels) / len(names))
         except BaseException:
             threads.shutdown(cancel_futures=True)
@@ -115,14 +115,16 @@ def _channels(aligned: Aligned, names: Sequence[str]) -> list[ChannelComparison]
 def _channel(aligned: Aligned, name: str, own: Curve, other: Curve) -> ChannelComparison:
     tolerance, interpolation = aligned.rule(name)
     baseline, candidate = aligned.curves(own, other, interpolation)
-    found = within(baseline, candidate, tolerance.absolute, tolerance.relative)
-    if found.beyond and tolerance.time > 0.0:
+    difference = within(baseline, candidate, tolerance.absolute, tolerance.relative)
+    if difference.beyond and tolerance.time > 0.0:
         flags = aligned.beyond(baseline, candidate, other, name)
-        found = found._replace(beyond=int(np.count_nonzero(flags)))
-    return _verdict(aligned, name, found)
+        difference = difference._replace(beyond=int(np.count_nonzero(flags)))
+    return _verdict(aligned, name, difference)
 
 
-def _verdict(aligned: Aligned, name: str, found: Difference | None = None) -> ChannelComparison:
+def _verdict(
+    aligned: Aligned, name: str, difference: Difference | None = None
+) -> ChannelComparison:
     """Return the verdict of a channel; without a difference it could not be compared."""
     tolerance, interpolation = aligned.rule(name)
     units = (aligned.baseline.units.get(name), aligned.candidate.units.get(name))
@@ -131,14 +133,14 @@ def _verdict(aligned: Aligned, name: str, found: Difference | None = None) -> Ch
         verdict = "missing"
     elif units[0] != units[1]:
         verdict = "units-differ"
-    elif found is None:
+    elif difference is None:
         verdict = aligned.alignment.reason or "not-aligned"
-    elif not found.compared:
+    elif not difference.compared:
         verdict = "empty"
     else:
-        verdict = "out-of-tolerance" if found.beyond else "within"
-    compared = 0 if found is None else found.compared
-    single = 0 if found is None else found.single
+        verdict = "out-of-tolerance" if difference.beyond else "within"
+    compared = 0 if difference is None else difference.compared
+    single = 0 if difference is None else difference.single
     return ChannelComparison(
         name=name,
         unit=units[0],
@@ -146,10 +148,12 @@ def _verdict(aligned: Aligned, name: str, found: Difference | None = None) -> Ch
         verdict=verdict,
         interpolation=interpolation,
         tolerance=tolerance,
-        largest=found.largest if found and compared else None,
-        at=aligned.place(found.where) if found and compared else None,
-        beyond=found.beyond / (compared + single) if found and compared + single else None,
-        rms=found.rms if found and compared else None,
+        largest=difference.largest if difference and compared else None,
+        at=aligned.place(difference.where) if difference and compared else None,
+        beyond=difference.beyond / (compared + single)
+        if difference and compared + single
+        else None,
+        rms=difference.rms if difference and compared else None,
         compared=compared,
         single=single,
     )

@@ -174,15 +174,15 @@ def spectrum(samples: Array, *, period: float, window: Window, averages: int) ->
     segment = count if averages == 1 else _smooth(2 * (count // (averages + 1)))
     if segment < SEGMENT_LEAST:
         most: dict[str, float] = {"maximum": 2 * count // SEGMENT_LEAST - 1}
-        told = f"leaves segments of fewer than {SEGMENT_LEAST} samples"
-        raise ConfigError(FieldError("averages", told, averages, bounds=most))
+        message = f"leaves segments of fewer than {SEGMENT_LEAST} samples"
+        raise ConfigError(FieldError("averages", message, averages, bounds=most))
     values = samples - samples.mean()
     weight = _weights(window, segment)
     power = np.zeros(segment // 2 + 1)
     for k in range(averages):
         first = k * segment // 2
-        found = np.fft.rfft(weight * values[first : first + segment])
-        power += found.real**2 + found.imag**2
+        transform = np.fft.rfft(weight * values[first : first + segment])
+        power += transform.real**2 + transform.imag**2
     area, energy = float(weight.sum()), float((weight**2).sum())
     power = power[1:] * (2.0 / averages)
     amplitude = np.sqrt(2.0 * power) / area
@@ -221,7 +221,7 @@ def _weights(window: Window, count: int) -> Array:
     return np.sum([(-1.0) ** k * a * np.cos(k * phase) for k, a in terms], axis=0)
 
 
-def peaks(found: Spectrum) -> tuple[list[Peak], Bands]:
+def peaks(density: Spectrum) -> tuple[list[Peak], Bands]:
     """Return the peaks that stand out, and the bands of the spectrum without its lines.
 
     A line is a bin above all noise (chance of one in a thousand for the whole spectrum, from the
@@ -236,19 +236,19 @@ def peaks(found: Spectrum) -> tuple[list[Peak], Bands]:
     Bands
         Where nothing is but lines, no band.
     """
-    lines, rest = _lines(found)
-    bands = _bands(found, rest)
+    lines, rest = _lines(density)
+    bands = _bands(density, rest)
     every = sorted([*lines, *_broad(bands)], key=lambda peak: -peak.rms)[:PEAKS_MAX]
     return sorted(every), bands
 
 
-def _lines(found: Spectrum) -> tuple[list[Peak], NDArray[np.bool_]]:
+def _lines(density: Spectrum) -> tuple[list[Peak], NDArray[np.bool_]]:
     """Return the lines, and which bins belong to none."""
-    S, df = found.density, found.resolution
-    lobe = len(_COSINES[found.window])
+    S, df = density.density, density.resolution
+    lobe = len(_COSINES[density.window])
     rest = np.ones(len(S), dtype=bool)
     # Segments that share half of their samples count for at least those that share none.
-    degrees = (found.averages + 1) / 2
+    degrees = (density.averages + 1) / 2
     noise = _noise(S) / _share(0.5, degrees)
     high = _share(1.0 - _CHANCE / len(S), degrees) * noise
     top = (S > high) & (S >= np.append(S[1:], 0.0)) & (S >= np.append(0.0, S[:-1]))
@@ -264,7 +264,7 @@ def _lines(found: Spectrum) -> tuple[list[Peak], NDArray[np.bool_]]:
         if power <= 0.5 * float((above[around] * rest[around]).sum()):
             continue
         rest[own] = False
-        place = found.frequency[k] + df * _vertex(S[max(0, k - 1) : k + 2])
+        place = density.frequency[k] + df * _vertex(S[max(0, k - 1) : k + 2])
         lines.append(Peak(float(place), float(S[k]), math.sqrt(power * df), narrow=True))
     return lines, rest
 
@@ -292,9 +292,9 @@ def _vertex(three: Array) -> float:
     return 0.5 * float((high - low) / bend) if bend > 0.0 else 0.0
 
 
-def _bands(found: Spectrum, rest: NDArray[np.bool_]) -> Bands:
-    S, df = found.density, found.resolution
-    least = max(4, math.ceil(_BAND_BINS / found.averages))
+def _bands(density: Spectrum, rest: NDArray[np.bool_]) -> Bands:
+    S, df = density.density, density.resolution
+    least = max(4, math.ceil(_BAND_BINS / density.averages))
     ratio = 2.0 ** (1.0 / _BANDS)
     edges = [0]
     while edges[-1] + least <= len(S):
@@ -314,7 +314,7 @@ def _bands(found: Spectrum, rest: NDArray[np.bool_]) -> Bands:
 
 def _broad(bands: Bands) -> list[Peak]:
     level = bands.density
-    found: list[Peak] = []
+    humps: list[Peak] = []
     for k in range(1, len(level) - 1):
         if not level[k - 1] < level[k] >= level[k + 1]:
             continue
@@ -329,8 +329,8 @@ def _broad(bands: Bands) -> list[Peak]:
         power = float((level[first:stop] * bands.width[first:stop]).sum())
         step = math.log(bands.frequency[k + 1] / bands.frequency[k - 1]) / 2.0
         place = bands.frequency[k] * math.exp(step * _vertex(level[k - 1 : k + 2]))
-        found.append(Peak(float(place), float(level[k]), math.sqrt(power), narrow=False))
-    return found
+        humps.append(Peak(float(place), float(level[k]), math.sqrt(power), narrow=False))
+    return humps
 
 
 def level(bands: Bands, shape: Array, floor: Array) -> float:

@@ -78,18 +78,18 @@ def comparison_page(first: Side, second: Side, how: Comparing) -> bytes:
     StoreError
         If a run cannot be read.
     """
-    found = compare(first.columns, second.columns, how)
+    comparison = compare(first.columns, second.columns, how)
     sides = (first, second)
     runs = [side.run for side in sides]
     title = f"{runs[1].name} compared with {runs[0].name}"
     return document(
         title,
-        _heading(title, runs, found),
+        _heading(title, runs, comparison),
         section("The runs", _beside(_about(run, i) for i, run in enumerate(runs, start=1))),
         section("Differences between their scenarios", between(*runs)),
-        section("Alignment and tolerance", _alignment(found, how)),
-        section("Verdicts", _verdicts(found.channels)),
-        section("Plots", _plots(align(first.columns, second.columns, how), found)),
+        section("Alignment and tolerance", _alignment(comparison, how)),
+        section("Verdicts", _verdicts(comparison.channels)),
+        section("Plots", _plots(align(first.columns, second.columns, how), comparison)),
         section("Metrics", *_metrics(runs)),
         section("Stability margins", *_of_each(runs, _margins)),
         section("How to simulate them again", *_of_each(runs, _again)),
@@ -108,7 +108,7 @@ def _beside(parts: Iterable[Markup]) -> Markup:
     return element("div", *(element("div", part) for part in parts), class_="beside")
 
 
-def _heading(title: str, runs: Sequence[RunDetail], found: Comparison) -> Markup:
+def _heading(title: str, runs: Sequence[RunDetail], comparison: Comparison) -> Markup:
     lines = [
         element(
             "p",
@@ -118,7 +118,7 @@ def _heading(title: str, runs: Sequence[RunDetail], found: Comparison) -> Markup
         )
         for i, role, run in zip((1, 2), ("baseline", "candidate"), runs, strict=True)
     ]
-    verdict = element("p", f"{found.headline}.", class_=f"verdict {_good(found.holds)}")
+    verdict = element("p", f"{comparison.headline}.", class_=f"verdict {_good(comparison.holds)}")
     return joined([element("h1", title), *lines, verdict])
 
 
@@ -134,10 +134,10 @@ def _about(run: RunDetail, number: int) -> Markup:
     )
 
 
-def _alignment(found: Comparison, how: Comparing) -> Markup:
-    rows: list[tuple[object, object]] = [("aligned by", _ALIGNED[found.align])]
-    if found.align == "time" and found.offset:
-        rows.append(("run 2 moved by", quantity(found.offset, "s")))
+def _alignment(comparison: Comparison, how: Comparing) -> Markup:
+    rows: list[tuple[object, object]] = [("aligned by", _ALIGNED[comparison.align])]
+    if comparison.align == "time" and comparison.offset:
+        rows.append(("run 2 moved by", quantity(comparison.offset, "s")))
     if how.start is not None or how.end is not None:
         ends = [
             f"{word} {quantity(time, 's')}"
@@ -145,19 +145,19 @@ def _alignment(found: Comparison, how: Comparing) -> Markup:
             if time is not None
         ]
         rows.append(("range", f"{' '.join(ends)} of run 1"))
-    if found.start is None or found.end is None:
-        rows.append(("overlap", f"none: {found.note}"))
+    if comparison.start is None or comparison.end is None:
+        rows.append(("overlap", f"none: {comparison.note}"))
     else:
-        overlap = spanned(found.start.time, found.end.time, "s")
-        rows.append(("overlap", f"{overlap} of run 1, {found.instants:,} instants"))
-        rows.append(("instants", f"{found.samples} of the samples of both"))
-    if found.lap_length is not None:
-        rows.append(("length of a lap", quantity(found.lap_length, "m")))
-    if found.standing:
-        rows.append(("left out", f"{digits(100 * found.standing)} % at rest"))
+        overlap = spanned(comparison.start.time, comparison.end.time, "s")
+        rows.append(("overlap", f"{overlap} of run 1, {comparison.instants:,} instants"))
+        rows.append(("instants", f"{comparison.samples} of the samples of both"))
+    if comparison.lap_length is not None:
+        rows.append(("length of a lap", quantity(comparison.lap_length, "m")))
+    if comparison.standing:
+        rows.append(("left out", f"{digits(100 * comparison.standing)} % at rest"))
     rows.append(("tolerance", _tolerance(how.tolerance)))
     rows += [
-        (f"of {pattern}", _tolerance(how.tolerance.model_copy(update=_given(rule))))
+        (f"of {pattern}", _tolerance(how.tolerance.model_copy(update=_limits(rule))))
         for pattern, rule in how.channels.items()
     ]
     rows += [
@@ -173,7 +173,7 @@ def _alignment(found: Comparison, how: Comparing) -> Markup:
     return joined([pairs(rows), element("p", meaning, class_="quiet")])
 
 
-def _given(rule: object) -> dict[str, float]:
+def _limits(rule: object) -> dict[str, float]:
     values = {name: getattr(rule, name) for name in Tolerance.model_fields}
     return {name: value for name, value in values.items() if value is not None}
 
@@ -206,8 +206,8 @@ def _verdict(channel: ChannelComparison) -> list[object]:
     unit = channel.unit or channel.candidate_unit or ""
     if channel.verdict == "units-differ":
         unit = f"{channel.unit or '?'} and {channel.candidate_unit or '?'}"
-    found = [value for value in (channel.largest, channel.rms) if value is not None]
-    scale = scale_for(found, unit)
+    errors = [value for value in (channel.largest, channel.rms) if value is not None]
+    scale = scale_for(errors, unit)
     verdict = channel.verdict.replace("-", " ")
     at = f"{digits(channel.at.time, 5)} s" if channel.at is not None and channel.largest else ""
     if channel.at is not None and channel.at.arc is not None and at:
@@ -244,9 +244,9 @@ def ranked(channels: Sequence[ChannelComparison]) -> list[ChannelComparison]:
     )
 
 
-def _plots(aligned: Aligned, found: Comparison) -> Markup:
+def _plots(aligned: Aligned, comparison: Comparison) -> Markup:
     instants = aligned.alignment.instants
-    drawn = [each for each in ranked(found.channels) if each.largest is not None][:DRAWN]
+    drawn = [each for each in ranked(comparison.channels) if each.largest is not None][:DRAWN]
     if not instants or not drawn:
         return element("p", "None: no channel has values of both runs at the same instants.")
     bins = min(BINS // 2, VALUES_MAX // (8 * len(drawn)))

@@ -116,16 +116,16 @@ def about(run: RunDetail) -> Markup:
 def events(run: RunDetail) -> list[Happened]:
     """Return changes, pushes, stop, gaps and the schedule, by time from the first sample on."""
     begun = run.first_tick * run.period
-    found = [
+    entries = [
         (event.tick * run.period - begun, event.kind, _what(event, run.period))
         for event in run.events
     ]
     schedule = (run.scenario_document or {}).get("schedule") or ()
-    found += [(each["time"] - begun, "scheduled", _set(each["set"], {})) for each in schedule]
-    found.sort(key=lambda each: each[0])
+    entries += [(each["time"] - begun, "scheduled", _set(each["set"], {})) for each in schedule]
+    entries.sort(key=lambda each: each[0])
     return [
         Happened(str(i), time, kind, what)
-        for i, (time, kind, what) in enumerate(found[:EVENTS_MAX], start=1)
+        for i, (time, kind, what) in enumerate(entries[:EVENTS_MAX], start=1)
     ]
 
 
@@ -159,13 +159,13 @@ def between(first: RunDetail, second: RunDetail) -> Markup:
     """Return the differences between the scenarios of two runs."""
     if first.scenario_document is None or second.scenario_document is None:
         return element("p", "A measurement has no scenario: there is nothing to compare.")
-    found = differing(first.scenario_document, second.scenario_document)
+    differences = differing(first.scenario_document, second.scenario_document)
     if first.scenario != second.scenario:
         names = Difference(path="name", shipped=first.scenario, value=second.scenario)
-        found = [names, *found]
-    if not found:
+        differences = [names, *differences]
+    if not differences:
         return element("p", "None: the same scenario.")
-    return difference_table(found, "run 1", "run 2")
+    return difference_table(differences, "run 1", "run 2")
 
 
 def again(run: RunDetail, scenario: Scenario | None) -> Markup:
@@ -309,8 +309,8 @@ def _code(what: str, text: str) -> Markup:
     return element("div", element("div", what), element("pre", text), class_="together")
 
 
-def _imported(found: Any) -> list[tuple[object, object]]:
-    if not isinstance(found, dict):
+def _imported(origin: Any) -> list[tuple[object, object]]:
+    if not isinstance(origin, dict):
         return []
-    source = f"{found.get('format', '')}, {found.get('rows', 0):,} rows"
+    source = f"{origin.get('format', '')}, {origin.get('rows', 0):,} rows"
     return [("imported from", source)]

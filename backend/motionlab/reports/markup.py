@@ -38,15 +38,15 @@ def element(name: str, /, *children: object, **attributes: object) -> Markup:
     **attributes : object
         By name, underscores at the end left out and others as hyphens; None is left out.
     """
-    given = "".join(
+    attribute_text = "".join(
         f' {key.rstrip("_").replace("_", "-")}="{escaped(value)}"'
         for key, value in attributes.items()
         if value is not None
     )
     if name in _VOID:
-        return Markup(f"<{name}{given}/>")
+        return Markup(f"<{name}{attribute_text}/>")
     inside = "".join(escaped(child) for child in children if child is not None)
-    return Markup(f"<{name}{given}>{inside}</{name}>")
+    return Markup(f"<{name}{attribute_text}>{inside}</{name}>")
 
 
 def joined(parts: Iterable[object], between: str = "") -> Markup:

@@ -20,7 +20,7 @@ NAME_PATTERN = rf"^[^{_LETTER}]*[^{_LETTER}{_UNSEEN}][^{_LETTER}]*$"
 
 def without_controls(text: str) -> str:
     """Return a text with control characters, and marks of the order of writing, as escapes."""
-    return _CONTROL.sub(lambda found: _escaped(found[0]), text)
+    return _CONTROL.sub(lambda match: _escaped(match[0]), text)
 
 
 def _escaped(letter: str) -> str:

@@ -58,7 +58,7 @@ class Wanted(NamedTuple):
 
 def memory(run: RunDetail) -> int:
     """Return the memory that the plots of a run take, bytes."""
-    widest = max((len(each.traces) for each in wanted(run)), default=1)
+    widest = max((len(each.traces) for each in report_charts(run)), default=1)
     columns = max(widest, 2 + 2 * len(_drawn(run)))
     return 3 * 4 * columns * min(run.ticks, max(_PIECE // max(1, widest), _PLANE_MAX))
 
@@ -67,20 +67,20 @@ def plots(run: RunDetail, file: parquet.ParquetFile, happened: Sequence[Happened
     """Return the plots of a run: plane, following errors, other main channels."""
     if run.ticks == 0:
         return element("p", "Nothing was recorded.")
-    found = wanted(run)
-    curves = sum(len(each.traces) for each in found)
+    charts = report_charts(run)
+    curves = sum(len(each.traces) for each in charts)
     bins = max(40, min(BINS, VALUES_MAX // (2 * max(1, curves))))
     parts = [drawn for drawn in [_plane(run, file)] if drawn is not None]
-    parts += [svg(chart) for each in found if (chart := _chart(run, file, each, bins, happened))]
+    parts += [svg(chart) for each in charts if (chart := _chart(run, file, each, bins, happened))]
     hidden = len(run.variants) - len(_drawn(run))
     note = element("p", f"{hidden} more variants are not drawn.", class_="quiet") if hidden else ""
     return element("div", note, *(element("figure", part) for part in parts))
 
 
-def wanted(run: RunDetail) -> list[Wanted]:
+def report_charts(run: RunDetail) -> list[Wanted]:
     """Return the plots of a run."""
     units = {column["name"]: column["unit"] or "1" for column in run.columns}
-    found = [
+    charts = [
         _of_variants(run, axis, name, title, units) for name, title in _PER_VARIANT for axis in AXES
     ]
     last = _drawn(run)[-1:] or [""]
@@ -90,16 +90,16 @@ def wanted(run: RunDetail) -> list[Wanted]:
             for phase in _PHASES
         ]
         phases = [trace for trace in phases if trace.column in units]
-        found.append(Wanted(f"Phase currents {axis}", "A", phases))
-    found.append(_load(units))
+        charts.append(Wanted(f"Phase currents {axis}", "A", phases))
+    charts.append(_load(units))
     if run.kind == "measurement":
-        shown = {trace.column for each in found for trace in each.traces}
-        found += [
+        shown = {trace.column for each in charts for trace in each.traces}
+        charts += [
             Wanted(_title(name), unit, [Trace(name, "", "a")])
             for name, unit in units.items()
             if name not in shown
         ]
-    return [each for each in found if each.traces][:_CHARTS]
+    return [each for each in charts if each.traces][:_CHARTS]
 
 
 def envelope(
@@ -152,24 +152,24 @@ def _title(column: str) -> str:
 def _chart(
     run: RunDetail,
     file: parquet.ParquetFile,
-    wanted: Wanted,
+    chart: Wanted,
     bins: int,
     happened: Sequence[Happened],
 ) -> Chart | None:
     """Return a plot; None if all of it is zero or missing."""
-    names = [trace.column for trace in wanted.traces]
+    names = [trace.column for trace in chart.traces]
     size, low, high = envelope(file, names, run.ticks, bins)
     if not (np.nan_to_num(low).any() or np.nan_to_num(high).any()):
         return None
     starts = np.arange(low.shape[1]) * size
     middles = (starts + np.minimum(starts + size, run.ticks) - 1) / 2.0 * run.period
     return Chart(
-        title=wanted.title,
-        unit=wanted.unit,
+        title=chart.title,
+        unit=chart.unit,
         x=middles,
         span=(0.0, run.duration),
         curves=[
-            Curve(trace.label, trace.look, low[i], high[i]) for i, trace in enumerate(wanted.traces)
+            Curve(trace.label, trace.look, low[i], high[i]) for i, trace in enumerate(chart.traces)
         ],
         marks=marks(run, happened),
     )

@@ -67,8 +67,8 @@ def _settings(scenario: Scenario) -> dict[str, Any] | None:
     if scenario.name not in names("scenarios"):
         return None
     shipped = load_scenario(scenario.name).model_dump(mode="json")
-    wanted = scenario.model_dump(mode="json")
-    settings = dict(_leaves(shipped, wanted, ""))
+    tables = scenario.model_dump(mode="json")
+    settings = dict(_leaves(shipped, tables, ""))
     if any(_lacks(value) for value in settings.values()):
         return None
     try:
@@ -81,8 +81,8 @@ def _settings(scenario: Scenario) -> dict[str, Any] | None:
     return settings if same else None
 
 
-def _leaves(shipped: Any, wanted: Any, path: str) -> Iterator[tuple[str, Any]]:
-    for key, value in wanted.items():
+def _leaves(shipped: Any, tables: Any, path: str) -> Iterator[tuple[str, Any]]:
+    for key, value in tables.items():
         before = shipped.get(key)
         place = f"{path}.{key}" if path else key
         if before == value or (not path and key in {"name", "title", "description"}):

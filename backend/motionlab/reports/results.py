@@ -88,8 +88,8 @@ def diverged(run: RunDetail) -> Markup:
     """Return which variants diverged and what is noted of others."""
     parts = []
     for name, values in (run.result.get("variants") or {}).items():
-        if found := values.get("diverged"):
-            text = f"{name} diverged at {digits(found['time'], 5)} s: {found['channel']}."
+        if divergence := values.get("diverged"):
+            text = f"{name} diverged at {digits(divergence['time'], 5)} s: {divergence['channel']}."
             parts.append(element("p", text, class_="warning"))
         parts += [element("p", f"{name}: {note}.") for note in values.get("notes") or ()]
     return joined(parts)

@@ -35,11 +35,11 @@ _LEAST = 1e-3  # extent of the picture in distances from the centre: labels have
 
 def magnification(size: float, error: float) -> float:
     """Return 1, 2 or 5 times a power of ten, by which the largest error is drawn larger."""
-    wanted = _SHARE * size / error if error > 0.0 and size > 0.0 else 1.0
-    if not math.isfinite(wanted) or wanted <= 1.0:
+    factor = _SHARE * size / error if error > 0.0 and size > 0.0 else 1.0
+    if not math.isfinite(factor) or factor <= 1.0:
         return 1.0
-    power = 10.0 ** math.floor(math.log10(wanted))
-    return max(m * power for m in (1.0, 2.0, 5.0) if m * power <= wanted * (1.0 + 1e-9))
+    power = 10.0 ** math.floor(math.log10(factor))
+    return max(m * power for m in (1.0, 2.0, 5.0) if m * power <= factor * (1.0 + 1e-9))
 
 
 def plane(reference: Values, errors: Mapping[str, Values], labels: Mapping[str, str]) -> Markup:
@@ -100,15 +100,15 @@ def _picked(error: Values) -> NDArray[np.int64]:
     samples = error.shape[1]
     step = max(1, -(-samples // _POINTS))
     size = np.nan_to_num(np.hypot(error[0], error[1]), nan=-1.0)
-    found = [i + int(np.argmax(size[i : i + step])) for i in range(0, samples, step)]
-    return np.unique([0, *found, samples - 1])
+    largest = [i + int(np.argmax(size[i : i + step])) for i in range(0, samples, step)]
+    return np.unique([0, *largest, samples - 1])
 
 
 def _points(places: Values, marker: int) -> list[tuple[float, float]]:
     count = places.shape[1]
     picked = ((np.arange(_MARKERS) + 0.25 * marker) / _MARKERS * count).astype(int)
-    found = places[:, picked[picked < count]].T
-    return [(float(x), float(y)) for x, y in found if math.isfinite(x + y)]
+    points = places[:, picked[picked < count]].T
+    return [(float(x), float(y)) for x, y in points if math.isfinite(x + y)]
 
 
 def _extent(values: Values) -> float:

@@ -116,8 +116,8 @@ def ballbar(recorded: Recorded) -> Ballbar:
         if other is not None:
             own = other.reference()
             same = numbers.circle_of(*own)
-            found = _measure(other, same, numbers.last_laps(same, *own), simulated=True)
-            for name, each in found.items():
+            simulation = _measure(other, same, numbers.last_laps(same, *own), simulated=True)
+            for name, each in simulation.items():
                 measured[name] = each | measured.get(name, {})
     return Ballbar(
         radius=circle.radius,
@@ -148,7 +148,7 @@ def _measure(
 ) -> dict[str, dict[numbers.Direction, _Measured]]:
     x, y = recorded.reference()
     counts = recorded.count(AXES[0]), recorded.count(AXES[1])
-    found: dict[str, dict[numbers.Direction, _Measured]] = {}
+    measured: dict[str, dict[numbers.Direction, _Measured]] = {}
     for name in recorded.variants:
         errors = [recorded.column(f"{name}.{axis}.following_error") for axis in AXES]
         if errors[0] is None or errors[1] is None:
@@ -163,8 +163,8 @@ def _measure(
             )
             figures = numbers.figures_of(theta[own], F[own], heights)
             each = _Measured(theta[own], F[own], lap, simulated, figures)
-            found.setdefault(name, {})[direction] = each
-    return found
+            measured.setdefault(name, {})[direction] = each
+    return measured
 
 
 def _other(recorded: Recorded, direction: numbers.Direction) -> tuple[str, Recorded | None]:
@@ -211,13 +211,14 @@ def _variant(
     )
 
 
-def report(found: Ballbar) -> list[str]:
+def report(document: Ballbar) -> list[str]:
     """Return the figures as lines of text."""
     lines = [
-        f"circle of {1e3 * found.radius:.4g} mm at {1e3 * found.feed:.4g} mm/s; deviations in um",
+        f"circle of {1e3 * document.radius:.4g} mm at {1e3 * document.feed:.4g} "
+        "mm/s; deviations in um",
         "                 G    F max    F min    0 deg   90 deg  180 deg  270 deg",
     ]
-    for name, variant in found.variants.items():
+    for name, variant in document.variants.items():
         for way, one in variant.directions.items():
             values = [one.G, one.F_max, one.F_min, *one.quadrants]
             cells = "".join(f"{_um(value):>9}" for value in values)
@@ -232,7 +233,7 @@ def report(found: Ballbar) -> list[str]:
                 f"{1e6 * both.scale_mismatch:.2f} ppm, x lags y by "
                 f"{1e6 * both.servo_mismatch:.3f} us",
             ]
-    return [*lines, *([found.note] if found.note else [])]
+    return [*lines, *([document.note] if document.note else [])]
 
 
 def _um(value: float | None) -> str:

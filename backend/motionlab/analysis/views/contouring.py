@@ -114,13 +114,13 @@ def _refuse_one_axis(position: Array) -> None:
     ]
     if not resting:
         return
-    told = (
+    message = (
         "moves along one axis only: the contour error is across a path of two axes, and along one "
         "it is the following error, which the scopes show"
     )
     if len(resting) == len(AXES):
-        told = "rests over the whole stretch: a contour error needs a path"
-    raise ConfigError(FieldError("trajectory", told, f"{' and '.join(resting)} at rest"))
+        message = "rests over the whole stretch: a contour error needs a path"
+    raise ConfigError(FieldError("trajectory", message, f"{' and '.join(resting)} at rest"))
 
 
 def _directions(recorded: Recorded, position: Array) -> Array:
@@ -171,15 +171,16 @@ def _variant(
 _ERRORS = ("contour", "tracking", "along", "across")
 
 
-def report(found: Contouring) -> list[str]:
+def report(document: Contouring) -> list[str]:
     """Return the figures as lines of text."""
     lines = [
-        f"path of {1e3 * found.length:.4g} mm, {found.start:g} to {found.end:g} s; errors in um",
+        f"path of {1e3 * document.length:.4g} mm, {document.start:g} to {document.end:g} "
+        "s; errors in um",
         "      contour            tracking           along              across             lag",
         "      max      RMS       max      RMS       max      RMS       max      RMS       "
         "um       us",
     ]
-    for name, variant in found.variants.items():
+    for name, variant in document.variants.items():
         if variant is None:
             lines.append(f"  {name}   has missing samples")
             continue

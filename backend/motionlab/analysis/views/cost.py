@@ -138,10 +138,10 @@ def _axis(
 
     def known(channel: str, *, shared: bool = False) -> Array | None:
         column = f"{axis}.{channel}" if shared else f"{name}.{axis}.{channel}"
-        found = recorded.whole([column])
-        if found is None:
+        values = recorded.whole([column])
+        if values is None:
             missing.append(column)
-        return None if found is None else found[0]
+        return None if values is None else values[0]
 
     period = recorded.period
     # An ideal force needs no currents; those shared for it settle as any do.
@@ -152,7 +152,7 @@ def _axis(
     thrust, velocity, friction = known("thrust"), known("velocity"), known("friction")
     command = known("force_command")
     limits = [known(f"{what}_saturated") for what in ("force", "current")]
-    found = AxisCost(
+    cost = AxisCost(
         phases=dict(phases),
         worst_phase=worst,
         copper=sum(one.copper for one in there.values()) if all_there else None,
@@ -174,10 +174,10 @@ def _axis(
     ):
         moved = numbers.Moved(thrust, friction, load, velocity)
         balanced = numbers.balance(moved, mass=motor.mass, period=period, within=motor.within)
-        found.balance = EnergyBalance(**asdict(balanced))
+        cost.balance = EnergyBalance(**asdict(balanced))
     if first is not None:
-        found.ratios = _ratios(found, first)
-    return found
+        cost.ratios = _ratios(cost, first)
+    return cost
 
 
 def _phase(current: Array | None, motor: _Motor, period: float) -> PhaseCost | None:
@@ -205,11 +205,11 @@ def _share(limits: list[Array | None]) -> float | None:
 
 
 def _ratios(own: AxisCost, first: AxisCost) -> CostRatios:
-    found: dict[str, float | None] = {}
+    ratios: dict[str, float | None] = {}
     for name in CostRatios.model_fields:
         value, of = getattr(own, name), getattr(first, name)
-        found[name] = None if value is None or not of or abs(of) < _NOTHING else value / of
-    return CostRatios(**found)
+        ratios[name] = None if value is None or not of or abs(of) < _NOTHING else value / of
+    return CostRatios(**ratios)
 
 
 _LINES: tuple[tuple[str, str, float, str], ...] = (
@@ -225,12 +225,12 @@ _LINES: tuple[tuple[str, str, float, str], ...] = (
 )
 
 
-def report(found: Cost) -> list[str]:
+def report(document: Cost) -> list[str]:
     """Return the figures as lines of text."""
-    lines = [f"{found.start:g} to {found.end:g} s"]
-    names = list(found.variants)
+    lines = [f"{document.start:g} to {document.end:g} s"]
+    names = list(document.variants)
     for axis in AXES:
-        each = [found.variants[name][axis] for name in names]
+        each = [document.variants[name][axis] for name in names]
         others = "".join(f"{f'{name}/{names[0]}':>10}" for name in names[1:])
         lines.append(f"  {axis:30}" + "".join(f"{name:>12}" for name in names) + others)
         for field, label, factor, unit in _LINES:
@@ -248,11 +248,11 @@ def report(found: Cost) -> list[str]:
             cells = "".join(f"{_text(part, 1e3):>12}" for part in parts)
             lines.append(f"    {f'balance: {field}':24} mJ   {cells}")
     missing = sorted(
-        {name for one in found.variants.values() for a in one.values() for name in a.missing}
+        {name for one in document.variants.values() for a in one.values() for name in a.missing}
     )
     if missing:
         lines.append(f"missing: {', '.join(missing)}")
-    return [*lines, *([found.note] if found.note else [])]
+    return [*lines, *([document.note] if document.note else [])]
 
 
 def _text(value: float | None, factor: float) -> str:

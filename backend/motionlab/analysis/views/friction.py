@@ -174,11 +174,11 @@ def _axis(recorded: Recorded, axis: str) -> FrictionAxis:
     count = len(motion)
     first = turns[-REVERSALS_DRAWN - 1].tick if len(turns) > REVERSALS_DRAWN else 0
     drawn = slice(max(first, count - SAMPLES_DRAWN), count)
-    found = {
+    columns = {
         name: _measure(recorded, (name, axis), motion, length=length, drawn=drawn)
         for name in recorded.variants
     }
-    measured = {name: one for name, one in found.items() if one is not None}
+    measured = {name: one for name, one in columns.items() if one is not None}
     reached = max((one.reached for one in measured.values()), default=0.0)
     models = {
         name: getattr(known.variants[name].controller.model, axis).friction if known else None
@@ -206,7 +206,7 @@ def _axis(recorded: Recorded, axis: str) -> FrictionAxis:
                 figures=None if one is None else one.figures,
                 curves=None if one is None else _curves(one.drawn, picked),
             )
-            for name, one in found.items()
+            for name, one in columns.items()
         },
     )
 
@@ -233,9 +233,9 @@ def _measure(
         return None
     position, velocity, friction, estimate, bristle, bristle_estimate = columns
     added = _added(_known(recorded), *lane)
-    found = numbers.branches(motion, position)
-    true = numbers.presliding(found, position, friction, length)
-    believed = numbers.presliding(found, position, estimate, length)
+    motion_parts = numbers.branches(motion, position)
+    true = numbers.presliding(motion_parts, position, friction, length)
+    believed = numbers.presliding(motion_parts, position, estimate, length)
     rms, largest = numbers.mismatch(friction, estimate)
     figures = FrictionFigures(
         mismatch_rms=rms,
@@ -248,7 +248,7 @@ def _measure(
     )
     channels = {
         "position": position,
-        "displacement": numbers.displacement(found, position),
+        "displacement": numbers.displacement(motion_parts, position),
         "velocity": velocity,
         "friction": friction,
         "estimate": estimate,
@@ -312,13 +312,14 @@ def _rounded(values: Array) -> list[float]:
     return np.round(values, _DIGITS - 1 - math.floor(math.log10(most))).tolist()
 
 
-def report(found: FrictionAnatomy) -> list[str]:
+def report(document: FrictionAnatomy) -> list[str]:
     """Return the figures as lines of text."""
     lines = [
-        f"{found.start:g} to {found.end:g} s; forces in N, stiffness in N/mm, true | estimated",
+        f"{document.start:g} to {document.end:g} s; forces in N, stiffness in N/mm, "
+        "true | estimated",
         "       mismatch RMS      max  compensated     breakaway          stiffness",
     ]
-    for axis, one in found.axes.items():
+    for axis, one in document.axes.items():
         for name, variant in one.variants.items():
             lines.append(f"  {name} {axis}  {_figures(variant.figures)}")
         lines.append(
@@ -327,7 +328,7 @@ def report(found: FrictionAnatomy) -> list[str]:
         lines.append(f"       motor    {_configured(one.motor)}")
         for name, variant in one.variants.items():
             lines.append(f"       model {name}  {_configured(variant.model)}")
-    return [*lines, *([found.note] if found.note else [])]
+    return [*lines, *([document.note] if document.note else [])]
 
 
 def _figures(figures: FrictionFigures | None) -> str:

@@ -123,7 +123,7 @@ class Positioning(BaseModel):
     note: str = Field(description="What is different from what was asked for; empty if nothing")
 
 
-def cycled(scenario: Scenario, asked: PositioningCycle) -> Scenario:
+def cycled(scenario: Scenario, cycle: PositioningCycle) -> Scenario:
     """Return a scenario that goes through a test cycle, without schedule and load steps.
 
     Parameters
@@ -138,26 +138,26 @@ def cycled(scenario: Scenario, asked: PositioningCycle) -> Scenario:
     ConfigError
         If the targets do not lie within the stroke, or the last not beyond the first.
     """
-    axis = asked.axis or AXES[0]
+    axis = cycle.axis or AXES[0]
     own: AxisConfig = getattr(scenario.plant, axis)
     end = own.stroke - OVERRUN
-    low = -end if asked.low is None else asked.low
-    high = end if asked.high is None else asked.high
+    low = -end if cycle.low is None else cycle.low
+    high = end if cycle.high is None else cycle.high
     limits = {"minimum": -end, "maximum": end}
     for name, place in (("low", low), ("high", high)):
         if not -end <= place <= end:
-            told = f"leaves no room of {1e3 * OVERRUN:g} mm to turn within the stroke"
-            raise ConfigError(FieldError(name, told, place, "", "m", limits))
-    least = low + numbers.SAME * 10 * (asked.targets - 1)
+            message = f"leaves no room of {1e3 * OVERRUN:g} mm to turn within the stroke"
+            raise ConfigError(FieldError(name, message, place, "", "m", limits))
+    least = low + numbers.SAME * 10 * (cycle.targets - 1)
     if high < least:
-        told = "has to lie beyond the first target"
-        raise ConfigError(FieldError("high", told, high, "", "m", {"minimum": least}))
-    stops = numbers.cycle(numbers.targets_in(low, high, asked.targets), OVERRUN, asked.runs)
+        message = "has to lie beyond the first target"
+        raise ConfigError(FieldError("high", message, high, "", "m", {"minimum": least}))
+    stops = numbers.cycle(numbers.targets_in(low, high, cycle.targets), OVERRUN, cycle.runs)
     points = tuple((place, 0.0) if axis == AXES[0] else (0.0, place) for place in stops)
     trajectory = DrawnPath(
         points=points,
         law="jerk_limited",
-        dwell=asked.dwell,
+        dwell=cycle.dwell,
         v_max=min(SPEED, SHARE * own.velocity_max),
         a_max=min(ACCELERATION, SHARE * own.acceleration_max),
         j_max=JERK,
@@ -167,7 +167,7 @@ def cycled(scenario: Scenario, asked: PositioningCycle) -> Scenario:
     return scenario.model_copy(update=update)
 
 
-def positioning(recorded: Recorded, asked: PositioningCycle, *, simulated: bool) -> Positioning:
+def positioning(recorded: Recorded, cycle: PositioningCycle, *, simulated: bool) -> Positioning:
     """Return accuracy and repeatability of an axis.
 
     Parameters
@@ -185,20 +185,20 @@ def positioning(recorded: Recorded, asked: PositioningCycle, *, simulated: bool)
         If it rests at no target approached twice or more in each direction.
     """
     period = recorded.period
-    axes: tuple[Axis, ...] = (asked.axis,) if asked.axis else ("x", "y")
-    found: dict[Axis, list[Group]] = {
+    axes: tuple[Axis, ...] = (cycle.axis,) if cycle.axis else ("x", "y")
+    groups_of: dict[Axis, list[Group]] = {
         axis: numbers.grouped(numbers.rests(recorded.needed(f"{axis}.position_reference"), period))
         for axis in axes
     }
-    axis = max(found, key=lambda each: len(found[each]))
-    groups = found[axis]
+    axis = max(groups_of, key=lambda each: len(groups_of[each]))
+    groups = groups_of[axis]
     if not groups:
-        told = (
+        message = (
             f"rests at no target of {' or '.join(axes)} that is approached twice or more in each "
             "direction; of a scenario a test cycle is simulated, as in the Lab"
         )
-        raise ConfigError(FieldError("run", told))
-    instrument, note = _instrument(recorded, axis, asked.instrument)
+        raise ConfigError(FieldError("run", message))
+    instrument, note = _instrument(recorded, axis, cycle.instrument)
     return Positioning(
         axis=axis,
         simulated=simulated,
@@ -213,12 +213,12 @@ def positioning(recorded: Recorded, asked: PositioningCycle, *, simulated: bool)
     )
 
 
-def _instrument(recorded: Recorded, axis: str, asked: Instrument) -> tuple[Instrument, str]:
-    if asked == "true" and all(
+def _instrument(recorded: Recorded, axis: str, instrument: Instrument) -> tuple[Instrument, str]:
+    if instrument == "true" and all(
         recorded.column(f"{name}.{axis}.position") is None for name in recorded.variants
     ):
         return "encoder", "true positions were not recorded, so the encoder measures"
-    return asked, ""
+    return instrument, ""
 
 
 def _resolution(
@@ -268,14 +268,15 @@ def _target(target: numbers.Target) -> PositioningTarget:
     )
 
 
-def report(found: Positioning) -> list[str]:
+def report(document: Positioning) -> list[str]:
     """Return figures and deviations as lines of text."""
-    told = "true position" if found.instrument == "true" else "encoder"
+    position = "true position" if document.instrument == "true" else "encoder"
     lines = [
-        f"axis {found.axis}, {told}, resolution {1e9 * found.resolution:.2g} nm; um, k = 2",
+        f"axis {document.axis}, {position}, resolution {1e9 * document.resolution:.2g} nm; "
+        "um, k = 2",
         "           A        E        M        R    R up  R down        B  mean B",
     ]
-    for name, variant in found.variants.items():
+    for name, variant in document.variants.items():
         one = variant.figures
         if one is None:
             lines.append(f"  {name}  diverged, or not measured")
@@ -283,7 +284,7 @@ def report(found: Positioning) -> list[str]:
         wide = "".join(f" {1e6 * value:8.3f}" for value in (one.A, one.E, one.M, one.R))
         ways = "".join(f" {1e6 * value:7.3f}" for value in (one.R_up, one.R_down))
         lines.append(f"  {name} {wide}{ways} {1e6 * one.B:8.3f} {1e6 * one.B_mean:7.3f}")
-    for name, variant in found.variants.items():
+    for name, variant in document.variants.items():
         if variant.figures is None:
             continue
         lines.append(f"  {name}  target, mm  mean up  mean down     s up   s down      B_i")
@@ -292,4 +293,4 @@ def report(found: Positioning) -> list[str]:
             cells = "".join(f" {1e6 * value:8.3f}" for value in values)
             runs = f"{len(each.up)} up, {len(each.down)} down"
             lines.append(f"     {1e3 * each.place:10.3f} {cells}  {runs}")
-    return [*lines, *([found.note] if found.note else [])]
+    return [*lines, *([document.note] if document.note else [])]

@@ -73,10 +73,10 @@ class Recorded:
         ConfigError
             If there is none of that name.
         """
-        found = self.column(name)
-        if found is None:
+        values = self.column(name)
+        if values is None:
             raise absent(name)
-        return found
+        return values
 
     def reference(self) -> tuple[Array, Array]:
         """Return the reference position of both axes, m."""
@@ -85,8 +85,8 @@ class Recorded:
 
     def whole(self, names: list[str]) -> list[Array] | None:
         """Return some columns, or None where one is not there or has a missing sample."""
-        found = [self.column(name) for name in names]
-        known = [values for values in found if values is not None and np.isfinite(values).all()]
+        columns = [self.column(name) for name in names]
+        known = [values for values in columns if values is not None and np.isfinite(values).all()]
         return known if len(known) == len(names) else None
 
     def count(self, axis: str) -> float:
