@@ -17,7 +17,7 @@ SERVED = {"found": "studies/identify/documents.py"}
 
 LEFT = {
     "cli": 236,
-    "config": 89,
+    "config": 34,
     "control": 2,
     "drive": 147,
     "exchange": 170,
