@@ -20,7 +20,7 @@ import numpy as np
 
 from motionlab.config.load import load_scenario
 from motionlab.studies.identify.documents import read_request
-from motionlab.studies.identify.experiment import identified, planned
+from motionlab.studies.identify.experiment import plan_identification, run_identification
 from tests.bench.table import Row
 from tests.studies.identify.independent_rig import recorded, reference, sines
 from tests.studies.identify.measured_runs import imported
@@ -61,7 +61,7 @@ def outcome(seed: int) -> Outcome:
         os.environ["MOTIONLAB_DATA"] = folder
         run = imported(Path(folder), recorded(true, reference(sines(rng)), seed=seed))
         request = {"run": run, "axis": "x", "record": {"force": force}}
-        found = identified(planned(read_request(request))).axes["x"]
+        found = run_identification(plan_identification(read_request(request))).axes["x"]
     assert found.presliding is not None
     parameters: dict[str, tuple[float, float, float]] = {}
     for name, p in {**found.sliding.parameters, **found.presliding.parameters}.items():
