@@ -57,11 +57,11 @@ SCREENS = {
 """A panel of each screen."""
 
 ITEMS: dict[str, dict[str, object]] = {
-    "number": {"sweep": {"source": "", "combine": "grid", "fields": [5]}},
-    "null": {"sweep": {"source": "", "combine": "grid", "fields": [None]}},
-    "keys": {"sweep": {"source": "", "combine": "grid", "fields": [{"path": 5}]}},
+    "number": {"sweep.fields": [5]},
+    "null": {"sweep.fields": [None]},
+    "keys": {"sweep.fields": [{"path": 5}]},
     "forms": {
-        "tune": {"k_p": 5, "limits": None, "plants": [None]},
+        "study.tune": {"bounds.k_p": 5, "constraints.Ms": "x", "plants": [None]},
         "identify": {"rates": [None], "speeds": "many"},
         "motor.sizing": {"preset": "paper", "set": {"requirements.x.force": None}},
         "motor.platform": {"axis": "z", "set": 5, "support": "", "map": None},

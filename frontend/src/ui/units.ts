@@ -196,3 +196,21 @@ export function ageText(seconds: number): string {
   if (seconds < 3600) return `${Math.floor(seconds / 60)} min`;
   return `${Math.floor(seconds / 3600)} h`;
 }
+
+const FORMULA: readonly [RegExp, string][] = [
+  [/\bDelta /g, 'Δ'],
+  [/\bdelta_/g, 'δ_'],
+  [/\btau\b/g, 'τ'],
+  [/\bsigma\b/g, 'σ'],
+  [/\blambda\b/g, 'λ'],
+  [/\bpsi\b/g, 'ψ'],
+  [/\bmu_/g, 'μ_'],
+  [/\bsqrt\(/g, '√('],
+  [/ - /g, ' − '],
+  [/\^2/g, '²'],
+];
+
+/** Writes the letters of a formula: tau as τ. Subscripts are left to ui/Symbol. */
+export function formula(text: string): string {
+  return FORMULA.reduce((done, [word, letter]) => done.replace(word, letter), text);
+}

@@ -67,24 +67,47 @@ const SPEEDS = Array.from({ length: 32 }, (_, k) =>
   Number((5e-4 * 300 ** (k / 31)).toPrecision(4)),
 );
 
+const LIMITS = { gain_margin: 2, phase_margin: 0.5236, Ms: null, saturated: 0, force: null };
+const below = (path: string, table: object) =>
+  Object.fromEntries(Object.entries(table).map(([name, value]) => [`${path}.${name}`, value]));
 const TUNE: Readonly<Record<string, unknown>> = {
+  variant: null,
   axis: 'both',
   objective: { rms: 1 },
-  constraints: { gain_margin: 2, phase_margin: 0.5236, Ms: null, saturated: 0, force: null },
+  constraints: LIMITS,
+  ...below('constraints', LIMITS),
+  bounds: { k_p: [1e4, 3e7], k_d: [1e2, 1e5] },
   'bounds.k_p': [1e4, 3e7],
   'bounds.k_d': [1e2, 1e5],
+  window: null,
+  'window.start': null,
+  'window.end': null,
   plants: [],
+  also: null,
   starts: 4,
   evaluations: 200,
 };
+const RAMPS = { enabled: true, rates: [20, 50, 100], share: 0.5, places: 7 };
+const RECORD = { variant: null, position: null, force: null, mass: null, bandwidth: null };
 const IDENTIFY: Readonly<Record<string, unknown>> = {
   axis: 'both',
   speeds: SPEEDS,
   time_max: 20,
-  presliding: { enabled: true, rates: [20, 50, 100], share: 0.5, places: 7 },
+  pitches_max: null,
+  presliding: RAMPS,
+  ...below('presliding', RAMPS),
+  variant: null,
+  apply_to: null,
+  run: null,
+  record: RECORD,
+  ...below('record', RECORD),
 };
 const NAMES: Readonly<Record<string, Example>> = {
-  'bounds.k_p': ['range of k_p'],
+  'bounds.k_p': ['range of k_p', 'N/mm', 1e-3],
+  'bounds.k_d': ['range of k_d', 'N s/mm', 1e-3],
+  'window.start': ['start', 's'],
+  'window.end': ['end', 's'],
+  constraints: ['limits'],
   speeds: ['speeds', 'mm/s', 1e3],
   time_max: ['time of each', 's'],
   'requirements.g': ['air gap', 'mm', 1e3],

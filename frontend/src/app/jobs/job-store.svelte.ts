@@ -25,6 +25,12 @@ export function active(job: Pick<JobReport, 'state'>): boolean {
   return job.state === 'queued' || job.state === 'running';
 }
 
+/** What is seen and done of a job of any kind. */
+export type WatchedJob = { readonly report: JobReport | null } & Pick<
+  JobStore<JobKind>,
+  'active' | 'reachable' | 'records' | 'isOwn' | 'cancel' | 'open' | 'showRequest'
+>;
+
 export class JobStore<K extends JobKind> {
   /** The job that is looked at. */
   report = $state.raw<ReportOf<K> | null>(null);

@@ -1,8 +1,12 @@
-import { describe, expect, it } from 'vitest';
-import { computed, formula, nested, numberIn, refusals } from './quantity-fields';
+import { describe, expect, it, vi } from 'vitest';
+import { formula } from '../../ui/units';
+import { nested } from '../../study/study-form.svelte';
+import { computed, numberIn } from './quantity-fields';
 import { section } from './sizing/cross-section';
 import { differs } from './sizing/design-readings';
-import { fieldsOf, taken } from './sizing/sizing-fields';
+import { withTooth } from './sizing/sizing-fields';
+
+vi.hoisted(() => vi.stubGlobal('location', new URL('http://lab/')));
 
 it('dotted paths become tables and are read back', () => {
   const table = nested({ 'dimensions.x.mass': 5, 'dimensions.N': 145 });
@@ -11,41 +15,9 @@ it('dotted paths become tables and are read back', () => {
   expect(numberIn(table, 'dimensions.y.mass')).toBeNull();
 });
 
-describe('a refusal', () => {
-  const fields = fieldsOf('requirements');
-
-  it('stands at its field, in its unit', () => {
-    const bounds = { minimum: 1e-6, maximum: 0.01 };
-    const error = {
-      loc: 'requirements.g',
-      message: 'is out of range',
-      value: 0,
-      bounds,
-      unit: 'm',
-    };
-    expect(refusals([error], fields, null)).toEqual({
-      'requirements.g': 'Is out of range: 0 mm. Allowed: 0.001 to 10 mm.',
-    });
-  });
-
-  it('of a table as a whole stands at the number that was changed last', () => {
-    const error = {
-      loc: 'requirements',
-      message: 'teeth overlap',
-      value: null,
-      range: '',
-      unit: '',
-    };
-    expect(refusals([error], fields, 'requirements.p')).toEqual({
-      'requirements.p': 'Teeth overlap.',
-    });
-    expect(refusals([error], fields, 'dimensions.p')).toEqual({ '': 'Teeth overlap.' });
-  });
-});
-
 it('of tooth, slot and ratio the last one typed holds', () => {
-  const first = taken({ 'requirements.tau': 8e-3 }, 'requirements.p', 3e-3);
-  expect(taken(first, 'requirements.sigma', 1)).toEqual({
+  const first = withTooth({ 'requirements.tau': 8e-3 }, 'requirements.p', 3e-3);
+  expect(withTooth(first, 'requirements.sigma', 1)).toEqual({
     'requirements.tau': 8e-3,
     'requirements.sigma': 1,
   });

@@ -2,11 +2,11 @@ import { describe, expect, it } from 'vitest';
 import type { Scenario } from '../../app/api/types';
 import {
   casesOf,
-  formOf,
   gridOf,
   isWrong,
   groupsOf,
   refusedFields,
+  sweptFields,
   sweptOf,
   type Refused,
 } from './sweep-form';
@@ -54,7 +54,7 @@ describe('a swept field', () => {
       [false, true],
       [150e3, 200e3, 250e3, 300e3],
     ]);
-    expect(casesOf({ source: '', combine: 'grid', fields: given })).toBe(16);
+    expect(casesOf('grid', given)).toBe(16);
   });
 
   it('is refused beside its input where it holds no number', () => {
@@ -70,11 +70,9 @@ describe('a swept field', () => {
   });
 });
 
-it('a request comes back into the form', () => {
+it('swept fields come back from a request', () => {
   const fields = [sweptOf(GAIN, scenario, []), sweptOf('plant', scenario, ['nominal', 'matched'])];
-  const form = formOf({ scenario: 'circle', combine: 'list', grid: gridOf(fields) });
-  expect(form).toMatchObject({ source: 'circle', combine: 'list' });
-  expect(gridOf(form.fields)).toEqual(gridOf(fields));
+  expect(gridOf(sweptFields({ grid: gridOf(fields) }))).toEqual(gridOf(fields));
 });
 
 it('refusals go to their field', () => {

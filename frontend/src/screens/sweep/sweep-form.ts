@@ -29,29 +29,16 @@ export interface Problem {
 }
 export type Problems = Readonly<Record<number, readonly Problem[]>>;
 
-export type Combine = 'grid' | 'list';
-
-export interface SweepForm {
-  /** A shipped scenario, or what the Lab shows where empty. */
-  source: string;
-  combine: Combine;
-  fields: readonly SweptField[];
-}
-
-/** The form of the sweep that a browser keeps. */
-export const KEPT = {
-  source: '',
-  combine: oneOf('grid', 'list'),
-  fields: listOf({
-    path: '',
-    by: oneOf('range', 'values'),
-    values: '',
-    start: '',
-    stop: '',
-    count: '',
-    scale: oneOf('linear', 'log'),
-  }),
-};
+/** The swept fields that a browser keeps. */
+export const KEPT = listOf({
+  path: '',
+  by: oneOf('range', 'values'),
+  values: '',
+  start: '',
+  stop: '',
+  count: '',
+  scale: oneOf('linear', 'log'),
+});
 
 export const FIELDS_MAX = 6;
 const WORDS = new Set(['title', 'description', 'label', 'name', 'source']);
@@ -169,31 +156,26 @@ function valueOf(text: string, factor: number): Value {
   return text === 'on' ? true : text === 'off' ? false : text;
 }
 
-/** Fills the form from the request of a job. */
-export function formOf(request: Record<string, unknown>): SweepForm {
+/** Returns the swept fields of the request of a job. */
+export function sweptFields(request: Record<string, unknown>): SweptField[] {
   const grid = (request.grid ?? []) as Partial<Record<string, Value>>[];
-  return {
-    source: typeof request.scenario === 'string' ? request.scenario : '',
-    combine: request.combine === 'list' ? 'list' : 'grid',
-    fields: grid.map((given) => {
-      const path = String(given.path);
-      const { factor } = fieldOf(path);
-      const text = (value: Value | undefined): string => {
-        if (typeof value === 'number') return String(clean(value * factor));
-        return typeof value === 'boolean' ? (value ? 'on' : 'off') : String(value ?? '');
-      };
-      const values = Array.isArray(given.values) ? given.values : null;
-      return {
-        path,
-        by: values ? 'values' : 'range',
-        values: (values ?? []).map(text).join(', '),
-        start: text(given.start),
-        stop: text(given.stop),
-        count: String(given.count ?? 9),
-        scale: given.scale === 'log' ? 'log' : 'linear',
-      };
-    }),
-  };
+  return grid.map(({ path: swept, values, start, stop, count, scale }) => {
+    const path = String(swept);
+    const { factor } = fieldOf(path);
+    const text = (value: Value | undefined): string => {
+      if (typeof value === 'number') return String(clean(value * factor));
+      return typeof value === 'boolean' ? (value ? 'on' : 'off') : String(value ?? '');
+    };
+    return {
+      path,
+      by: Array.isArray(values) ? 'values' : 'range',
+      values: Array.isArray(values) ? values.map(text).join(', ') : '',
+      start: text(start),
+      stop: text(stop),
+      count: String(count ?? 9),
+      scale: scale === 'log' ? 'log' : 'linear',
+    };
+  });
 }
 
 /** Puts what the server refuses beside the field that it is about; `null` is the whole request. */
@@ -233,8 +215,8 @@ export function isWrong(swept: SweptField, problems: readonly Problem[], key: In
   });
 }
 
-/** Number of cases of a form; NaN while undefined. */
-export function casesOf({ combine, fields }: SweepForm): number {
+/** Number of cases; NaN while undefined. */
+export function casesOf(combine: string, fields: readonly SweptField[]): number {
   const sizes = fields.map(({ by, values, count }) =>
     by === 'range' ? (parseNumber(count) ?? Number.NaN) : split(values).length,
   );

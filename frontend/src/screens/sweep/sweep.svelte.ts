@@ -1,17 +1,24 @@
-/** The sweep of the Sweep screen: request, job, and whether its result matches the form. */
+/** The sweep of the Sweep screen: its swept fields beside the form of the study, and its job. */
 
 import { ApiError } from '../../app/api/client';
-import { equal, withChanges } from '../../app/api/scenario-paths';
-import type { Axis, Scenario, SweepResult } from '../../app/api/types';
-import { sourceOf, wholeOf, type ScenarioSource } from '../../app/jobs/job-request';
-import { JobStore } from '../../app/jobs/job-store.svelte';
+import { equal } from '../../app/api/scenario-paths';
+import type { Axis, SweepResult } from '../../app/api/types';
 import { load, oneOf, save } from '../../app/storage';
 import { app } from '../../app/store.svelte';
-import { FIELDS_MAX, formOf, gridOf, KEPT, Refused, refusedFields, sweptOf } from './sweep-form';
-import type { Problems, SweepForm, SweptField } from './sweep-form';
+import { ScenarioForm } from '../../study/study-form.svelte';
+import {
+  FIELDS_MAX,
+  gridOf,
+  KEPT,
+  Refused,
+  refusedFields,
+  sweptFields,
+  sweptOf,
+} from './sweep-form';
+import type { Problems, SweptField } from './sweep-form';
 
 const FIRST = 'variants.B.controller.x.k_p';
-const EMPTY: SweepForm = { source: '', combine: 'grid', fields: [] };
+const NEXT = [FIRST, FIRST.replace('k_p', 'k_d'), 'plant.x.mass', 'plant.y.mass', 'seed', 'plant'];
 
 interface Shown {
   metric: string;
@@ -19,9 +26,9 @@ interface Shown {
   variant: string;
 }
 
-class Sweep {
-  readonly job = new JobStore(app.api, 'sweep', (request) => void this.restore(request));
-  form = $state.raw<SweepForm>(load('sweep', EMPTY, KEPT));
+class Sweep extends ScenarioForm {
+  readonly job = this.jobOf('sweep');
+  private chosen = $state.raw<readonly SweptField[]>(load('sweep.fields', [], KEPT));
   /** Which of the metrics is drawn. */
   shown = $state.raw<Shown>(
     load(
@@ -30,41 +37,20 @@ class Sweep {
       { metric: '', axis: oneOf('x', 'y'), variant: '' },
     ),
   );
-  /** What is refused, by swept field, and of the request as a whole. */
-  problems = $state.raw<Problems>({});
-  refused = $state.raw<readonly string[]>([]);
-  private named = $state.raw<Scenario | null>(null);
+  /** What is refused, by swept field. */
+  refused = $state.raw<Problems>({});
   readonly result = $derived<SweepResult | null>(this.job.report?.result ?? null);
 
-  /** What is swept: a shipped scenario, or that of the Lab with its what-if changes. */
-  readonly source = $derived.by((): ScenarioSource | null => {
-    if (this.form.source !== '') return this.named ? { scenario: this.named, set: {} } : null;
-    const scenario = app.session.info?.scenario;
-    return scenario ? { scenario, set: app.mode === 'whatif' ? app.draft : {} } : null;
-  });
-
-  readonly scenario = $derived.by((): Scenario | null =>
-    this.source ? withChanges(this.source.scenario, this.source.set, app.catalogue.resolved) : null,
-  );
-
   readonly fields = $derived(
-    this.form.fields.length > 0 || !this.scenario ? this.form.fields : [this.fresh(FIRST)],
+    this.chosen.length > 0 || !this.scenario ? this.chosen : [this.fresh(FIRST)],
   );
 
   /** Whether the result is of another scenario than the one that is shown now. */
-  readonly stale = $derived.by(() => {
-    const { request } = this.job.report ?? {};
-    if (!request || !this.source) return false;
-    const asked = sourceOf(request);
-    if (!asked) return request.scenario !== this.form.source;
-    const { resolved } = app.catalogue;
-    return !equal(wholeOf(asked, resolved), wholeOf(this.source, resolved));
-  });
+  readonly stale = $derived.by(() => this.otherThan(this.job.report?.request));
 
   readonly settings = $derived.by((): readonly string[] => {
     const { request } = this.job.report ?? {};
     if (!request) return [];
-    const { combine, fields } = formOf(request);
     const grid = (of: readonly SweptField[]) => {
       try {
         return gridOf(of);
@@ -72,71 +58,67 @@ class Sweep {
         return of;
       }
     };
-    const same = combine === this.form.combine && equal(grid(fields), grid(this.fields));
+    const same =
+      this.differing(request, { ...request, ...this.body() }).length === 0 &&
+      equal(grid(sweptFields(request)), grid(this.fields));
     return same ? [] : ['swept fields'];
   });
 
-  async open(): Promise<void> {
-    await this.readNamed();
-    await app.try(() => this.job.resume());
-  }
-
-  async run(): Promise<void> {
-    [this.problems, this.refused] = [{}, []];
-    if (!this.source) return;
-    try {
+  run(): Promise<void> {
+    return this.start(async (question) => {
       const grid = gridOf(this.fields);
-      const { source, combine } = this.form;
-      const asked = source === '' ? this.source : { scenario: source };
-      await this.job.start('/sweep', { ...asked, grid, combine });
-    } catch (error) {
-      if (error instanceof Refused) this.problems = error.problems;
-      else if (error instanceof ApiError && error.problem.errors.length > 0) {
-        const { byField, others } = refusedFields(error.problem.errors);
-        [this.problems, this.refused] = [byField, others];
-      } else await app.try(() => Promise.reject(error));
-    }
+      const scenario = this.source === '' ? question : { scenario: this.source };
+      const combine = this.text('combine') === 'list' ? 'list' : 'grid';
+      await this.job.start('/sweep', { ...scenario, grid, combine });
+    });
   }
 
-  async choose(source: string): Promise<void> {
-    this.change({ source, fields: [] });
-    await this.readNamed();
+  override refuse(error: unknown): void {
+    if (error instanceof Refused) this.refused = error.problems;
+    else if (error instanceof ApiError && error.problem.errors.length > 0) {
+      const { byField, others } = refusedFields(error.problem.errors);
+      [this.refused, this.problems] = [byField, others.length > 0 ? { '': others.join(' ') } : {}];
+    } else super.refuse(error);
   }
 
-  change(changes: Partial<SweepForm>): void {
-    this.form = { ...this.form, fields: this.fields, ...changes };
-    [this.problems, this.refused] = [{}, []];
-    save('sweep', this.form);
+  override async choose(source: string): Promise<void> {
+    if (source !== this.source) this.take([]);
+    await super.choose(source);
+  }
+
+  override restore(request: Record<string, unknown>): void {
+    super.restore(request);
+    const { scenario } = request;
+    void this.choose(typeof scenario === 'string' ? scenario : '');
+    this.take(sweptFields(request));
   }
 
   edit(index: number, changes: Partial<SweptField>): void {
     const edited = (swept: SweptField): SweptField =>
       changes.path === undefined ? { ...swept, ...changes } : this.fresh(changes.path);
-    this.change({ fields: this.fields.map((each, k) => (k === index ? edited(each) : each)) });
+    this.take(this.fields.map((each, k) => (k === index ? edited(each) : each)));
   }
 
   /** Adds the next field: the gain of the other axis, or whatever is not swept yet. */
   add(): void {
-    if (this.fields.length >= FIELDS_MAX) return;
-    const taken = new Set(this.fields.map(({ path }) => path));
-    const path = [
-      FIRST,
-      FIRST.replace('k_p', 'k_d'),
-      'plant.x.mass',
-      'plant.y.mass',
-      'seed',
-      'plant',
-    ].find((each) => !taken.has(each));
-    if (path !== undefined) this.change({ fields: [...this.fields, this.fresh(path)] });
+    const path = NEXT.find((each) => !this.fields.some((field) => field.path === each));
+    if (path !== undefined && this.fields.length < FIELDS_MAX) {
+      this.take([...this.fields, this.fresh(path)]);
+    }
   }
 
   remove(index: number): void {
-    this.change({ fields: this.fields.filter((_, k) => k !== index) });
+    this.take(this.fields.filter((_, k) => k !== index));
   }
 
   show(changes: Partial<Shown>): void {
     this.shown = { ...this.shown, ...changes };
     save('sweep.shown', this.shown);
+  }
+
+  private take(fields: readonly SweptField[]): void {
+    [this.chosen, this.refused, this.problems] = [fields, {}, {}];
+    save('sweep.fields', fields);
   }
 
   private fresh(path: string): SweptField {
@@ -146,20 +128,6 @@ class Sweep {
       app.catalogue.parts.motors.map(({ name }) => name),
     );
   }
-
-  private async restore(request: Record<string, unknown>): Promise<void> {
-    this.change(formOf(request));
-    await this.readNamed();
-  }
-
-  private async readNamed(): Promise<void> {
-    const { source } = this.form;
-    if (source === '') return;
-    await app.try(async () => {
-      const scenario = await app.api.scenario(source);
-      if (this.form.source === source) this.named = scenario;
-    });
-  }
 }
 
-export const sweep = new Sweep();
+export const sweep = new Sweep('sweep');

@@ -1,7 +1,6 @@
 /** State and actions of the Tune screen. */
 
-import { ApiError } from '../../app/api/client';
-import { at, equal, withChanges } from '../../app/api/scenario-paths';
+import { at, equal } from '../../app/api/scenario-paths';
 import type {
   Axis,
   Changes,
@@ -12,69 +11,37 @@ import type {
 } from '../../app/api/types';
 import { AppliedChanges } from '../../parts/apply/applied-changes.svelte';
 import { Comparison } from '../../parts/apply/comparison.svelte';
-import { errorText } from '../../app/error-text';
-import { differing, sourceOf, wholeOf, type ScenarioSource } from '../../app/jobs/job-request';
+import { fieldErrorsText } from '../../app/error-text';
+import { sourceOf, wholeOf } from '../../app/jobs/job-request';
 import { JobStore } from '../../app/jobs/job-store.svelte';
-import { marginLimits } from '../../parts/loop/margin-limits.svelte';
 import { load, save } from '../../app/storage';
 import { app } from '../../app/store.svelte';
 import { linesOf, pickedLine, type CandidateLine, type Picked } from './candidates';
 import { loopOf, MAP, otherWords, type SweptLoop } from './job-origin';
 import { costAt } from './landscape';
 import { LoopStore } from './loop-store.svelte';
-import {
-  complaint,
-  defaults,
-  formOf,
-  KEPT,
-  left,
-  landscapeBody,
-  settings,
-  tuneBody,
-  variantOf,
-  type SearchForm,
-} from './search-form';
+import { ALSO_ON, SearchForm } from './search-form.svelte';
 
 type Choice = Partial<Record<Axis, string>>;
 
 class Tuner {
-  readonly search = new JobStore(app.api, 'tune', (request) => this.change(formOf(request)));
-  readonly map = new JobStore(app.api, 'landscape', (request) => this.change(formOf(request)));
+  readonly form = new SearchForm('tune', { plants: [ALSO_ON] }, { variant: 1 });
+  readonly search = this.form.jobOf('tune');
+  readonly map = this.form.jobOf('landscape');
   readonly sweep = new JobStore(app.api, 'frequency-sweep');
   readonly loops = new LoopStore(app.api);
-  readonly comparison = new Comparison(app.api, (fields) => fields.map(complaint).join(' '));
+  readonly comparison = new Comparison(app.api, fieldErrorsText);
   /** Gains that were given to the Lab. */
   readonly given = new AppliedChanges();
-  /** The user's settings; all else is the server's default. */
-  private entered = $state.raw<Partial<SearchForm>>(load('tune', {}, KEPT));
-  readonly form = $derived<SearchForm>({ ...defaults(), ...this.entered });
-  /** The shipped scenario that the form names. */
-  private named = $state.raw<Scenario | null>(null);
-  refused = $state.raw<readonly string[]>([]);
   private looked = $state<Axis>(load('tune-axis', 'x' as string) === 'y' ? 'y' : 'x');
   /** Which line of each axis is chosen, by its id. */
   private choice = $state.raw<Choice>({});
   picked = $state.raw<Partial<Record<Axis, Picked>>>({});
 
-  /** What is tuned: a scenario, and what-if changes of the Lab to it. */
-  readonly source = $derived.by((): ScenarioSource | null => {
-    if (this.form.source !== '') return this.named ? { scenario: this.named, set: {} } : null;
-    const scenario = app.session.info?.scenario;
-    return scenario ? { scenario, set: app.mode === 'whatif' ? app.draft : {} } : null;
-  });
-
-  /** The scenario as it is tuned, for what the page shows of it. */
-  readonly scenario = $derived.by((): Scenario | null => {
-    if (this.form.source === '') return app.scenario;
-    return this.source ? withChanges(this.source.scenario, this.source.set) : null;
-  });
-
-  readonly variant = $derived(this.scenario ? variantOf(this.form, this.scenario) : '');
-
-  readonly axes = $derived.by((): readonly Axis[] =>
-    this.form.axis === 'both' ? ['x', 'y'] : [this.form.axis],
-  );
-
+  readonly source = $derived(this.form.question);
+  readonly scenario = $derived(this.form.scenario);
+  readonly variant = $derived(this.form.controller);
+  readonly axes = $derived(this.form.axes);
   readonly axis = $derived(this.axes.includes(this.looked) ? this.looked : (this.axes[0] ?? 'x'));
 
   readonly result = $derived(this.search.report?.result ?? null);
@@ -140,21 +107,17 @@ class Tuner {
   readonly searchOther = $derived(this.result ? this.otherThan(this.search.report) : '');
 
   /** Settings in which the form differs from the last search, and from the cost map. */
-  readonly searchSettings = $derived.by(() => {
-    const { request } = this.search.report ?? {};
-    const { source, scenario } = this;
-    if (!request || !source || !scenario) return [];
-    const body = (form: SearchForm) => tuneBody(form, source, scenario);
-    return differing(request, body(this.form), body(left()), settings('search'));
-  });
+  readonly searchSettings = $derived.by(() =>
+    this.source
+      ? this.form.differing(this.search.report?.request, this.form.tuneBody(this.source))
+      : [],
+  );
 
-  readonly mapSettings = $derived.by(() => {
-    const { request } = this.map.report ?? {};
-    const { source } = this;
-    if (!request || !source) return [];
-    const body = (form: SearchForm) => landscapeBody(form, source);
-    return differing(request, body(this.form), body(left()), settings('landscape'));
-  });
+  readonly mapSettings = $derived.by(() =>
+    this.source
+      ? this.form.differing(this.map.report?.request, this.form.landscapeBody(this.source))
+      : [],
+  );
 
   /** Whether the gains that a job began with are those that are there now. */
   readonly stale = $derived.by(() => {
@@ -162,25 +125,8 @@ class Tuner {
     return present.some(([path, value]) => at(this.scenario, path) !== value);
   });
 
-  async open(): Promise<void> {
-    await app.try(async () => {
-      if (this.form.source !== '') await this.choose(this.form.source);
-      await Promise.all([this.search.resume(), this.map.resume(), this.sweep.resume()]);
-    });
-  }
-
-  change(changes: Partial<SearchForm>): void {
-    this.entered = { ...this.entered, ...changes };
-    this.refused = [];
-    if (this.entered.limits) marginLimits.take(this.entered.limits);
-    save('tune', this.entered);
-  }
-
-  async choose(source: string): Promise<void> {
-    await app.try(async () => {
-      this.named = source === '' ? null : await app.api.scenario(source);
-      this.change({ source });
-    });
+  open(): Promise<void> {
+    return this.form.open(this.search, this.map, this.sweep);
   }
 
   look(axis: Axis): void {
@@ -202,26 +148,22 @@ class Tuner {
     this.take('picked');
   }
 
-  async startSearch(): Promise<void> {
-    const { source, scenario } = this;
-    if (!source || !scenario) return;
+  startSearch(): Promise<void> {
     this.choice = {};
-    await this.attempt(() => this.search.start('/tune', tuneBody(this.form, source, scenario)));
+    return this.form.start((question) => this.search.start('/tune', this.form.tuneBody(question)));
   }
 
-  async startMap(): Promise<void> {
-    const { source } = this;
-    if (!source) return;
-    await this.attempt(() => this.map.start('/landscape', landscapeBody(this.form, source)));
+  startMap(): Promise<void> {
+    return this.form.start((question) =>
+      this.map.start('/landscape', this.form.landscapeBody(question)),
+    );
   }
 
   /** Sweeps the loop with the chosen gains. */
-  async startSweep(): Promise<void> {
-    const { source, variant, axis, chosen } = this;
-    if (!source) return;
-    const set = { ...source.set, ...chosen };
-    await this.attempt(() =>
-      this.sweep.start('/loop/sweep', { scenario: source.scenario, set, variant, axis }),
+  startSweep(): Promise<void> {
+    const { variant, axis, chosen } = this;
+    return this.form.start(({ scenario, set }) =>
+      this.sweep.start('/loop/sweep', { scenario, set: { ...set, ...chosen }, variant, axis }),
     );
   }
 
@@ -279,16 +221,6 @@ class Tuner {
     if (then) return otherWords(then, now, variant, MAP);
     // Requested elsewhere by a scenario's name: only the motor's name is there.
     return result && result.plant !== now.plant.name ? `another motor (${result.plant})` : '';
-  }
-
-  private async attempt(start: () => Promise<void>): Promise<void> {
-    this.refused = [];
-    try {
-      await start();
-    } catch (error) {
-      const fields = error instanceof ApiError ? error.problem.errors : [];
-      this.refused = fields.length > 0 ? fields.map(complaint) : [errorText(error)];
-    }
   }
 }
 

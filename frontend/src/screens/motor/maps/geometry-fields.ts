@@ -1,24 +1,21 @@
 /** Lengths of one phase's magnetic circuit, in the order of their form. */
 
-import { fieldAt, type Field, type Group, type Numbers } from '../quantity-fields';
+import type { Group, Numbers } from '../quantity-fields';
+
+const below = (names: readonly string[]) => names.map((name) => `geometry.${name}`);
 
 export const GROUPS: readonly Group[] = [
-  { title: 'Teeth', paths: ['tau', 'p', 'g', 'n'] },
-  { title: 'Stack and winding', paths: ['l_m', 'N', 'i'] },
+  { title: 'Teeth', paths: below(['tau', 'p', 'g', 'n']) },
+  { title: 'Stack and winding', paths: below(['l_m', 'N', 'i']) },
   {
     title: 'Cross-section (our reading)',
-    paths: [
+    paths: below([
       ...['tooth_depth', 'shoe', 'limb', 'yoke', 'window', 'coil'],
       ...['stator_tooth_depth', 'stator_back'],
-    ],
+    ]),
   },
-  { title: 'Depth', paths: ['stacking', 'post'] },
+  { title: 'Depth', paths: below(['stacking', 'post']) },
 ];
-
-export const geometryField = (path: string): Field => fieldAt('map', path, `geometry.${path}`);
-
-export const geometryFields = (): Field[] =>
-  GROUPS.flatMap(({ paths }) => paths.map(geometryField));
 
 export interface Design {
   value: string;
@@ -42,13 +39,3 @@ export const DESIGNS: readonly [Design, ...Design[]] = [
     geometry: { tau: 9e-3, p: 4.5e-3, n: 2, coil: 6.5e-3 },
   },
 ];
-
-/** What differs from the defaults. */
-export function changesFrom(
-  geometry: Readonly<Record<string, number>>,
-  defaults: Readonly<Record<string, number>>,
-): Numbers {
-  return Object.fromEntries(
-    Object.entries(geometry).filter(([key, value]) => defaults[key] !== value),
-  );
-}

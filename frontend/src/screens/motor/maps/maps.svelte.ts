@@ -1,20 +1,15 @@
 /** What the Force maps tab knows and does. */
 
-import { ApiError } from '../../../app/api/client';
-import type { FieldPicture, MapEntry, MapTables } from '../../../app/api/types';
+import type { Changes, FieldPicture, MapEntry, MapTables, Value } from '../../../app/api/types';
 import { errorText } from '../../../app/error-text';
 import { JobStore } from '../../../app/jobs/job-store.svelte';
 import { LatestWins } from '../../../app/latest-wins';
-import { messages } from '../../../app/messages.svelte';
-import { fromAddress, load, recordOf, save, setAddress } from '../../../app/storage';
+import { fromAddress, setAddress } from '../../../app/storage';
 import { app } from '../../../app/store.svelte';
-import { numberIn, refusals, type Numbers } from '../quantity-fields';
-import { changesFrom, geometryFields, type Design } from './geometry-fields';
+import { InstantForm } from '../../../study/instant-form.svelte';
+import type { Numbers } from '../quantity-fields';
 
-const KEPT = 'motor.geometry';
-/** Time without another number before the server is asked, ms. */
-const PAUSE = 60;
-/** A field takes a second to solve: that is asked for when a number stands. */
+/** A field takes a second to solve: that is asked for when a number stands, ms. */
 const PAUSE_FIELD = 400;
 
 /** How well a map is computed. */
@@ -26,49 +21,32 @@ const viewOf = (name: string | null): View =>
 
 type Shown = MapTables & { preview: boolean };
 
-class Maps {
+class Maps extends InstantForm<Shown> {
   readonly job = new JobStore(app.api, 'map');
-  geometry = $state.raw<Numbers>(
-    load<{ set: Numbers }>(KEPT, { set: {} }, { set: recordOf(0) }).set,
-  );
-  accuracy = $state<Accuracy>('default');
-  shown = $state.raw<Shown | null>(null);
   list = $state.raw<readonly MapEntry[]>([]);
   view = $state<View>(viewOf(fromAddress('view')));
-  problems = $state.raw<Record<string, string>>({});
-  /** Whether what is shown answers what the form says. */
-  fresh = $state(false);
-  /** Whether there is nothing to show because the server refused or did not answer. */
-  failed = $state(false);
   picture = $state.raw<FieldPicture | null>(null);
   position = $state(-2.1e-3);
   current = $state(10);
   /** Whether the field that is drawn is older than what is asked for. */
   solving = $state(false);
   fieldProblem = $state('');
-  private defaults: Numbers = {};
-  private last: string | null = null;
-  /** The job whose map was shown; of jobs that are only found again none is. */
+  /** The job whose map was shown; of jobs that are only resumed none is. */
   private handled: string | null = null;
-  private readonly timers = new Map<string, ReturnType<typeof setTimeout>>();
-  private readonly previews = new LatestWins<Numbers>((geometry) => this.runPreview(geometry));
+  private solver: ReturnType<typeof setTimeout> | undefined;
   private readonly fields = new LatestWins<object>((body) => this.runField(body));
 
   /** Name of the stored map that is shown, or nothing while the preview is. */
-  readonly opened = $derived(this.shown && !this.shown.preview ? this.shown.name : '');
+  readonly opened = $derived(this.answer && !this.answer.preview ? this.answer.name : '');
+  /** What differs from the paper's motor, by the name in its geometry. */
+  readonly geometry = $derived.by((): Numbers => (this.body()['geometry'] ?? {}) as Numbers);
 
   /** Loads what is stored; shows the map of the address, else the preview. */
   async start(): Promise<void> {
-    this.failed = false;
-    await app.try(async () => {
-      const [first] = await Promise.all([app.api.previewMap({}), this.refresh()]);
-      this.defaults = first.geometry;
-      const name = fromAddress('map');
-      if (name && this.list.some((entry) => entry.name === name)) await this.open(name);
-      else if (Object.keys(this.geometry).length > 0) this.preview();
-      else this.show({ ...first, preview: true });
-    });
-    this.failed = Object.keys(this.defaults).length === 0;
+    await app.try(() => this.refresh());
+    const name = fromAddress('map');
+    if (name && this.list.some((entry) => entry.name === name)) await this.open(name);
+    else this.ask();
     await app.try(() => this.job.resume());
     const { report } = this.job;
     this.handled = report?.state === 'done' ? report.id : '';
@@ -84,28 +62,19 @@ class Maps {
     void app.try(() => this.refresh()).then(() => this.open(name));
   }
 
-  value(path: string): number | null {
-    return this.geometry[path] ?? this.defaults[path] ?? numberIn(this.shown?.geometry, path);
+  protected override lasts(path: string): boolean {
+    return path === 'preset';
   }
 
-  take(path: string, value: number): void {
-    this.last = path;
-    this.change({ ...this.geometry, [path]: value });
-  }
-
-  reset(path: string): void {
-    this.change(Object.fromEntries(Object.entries(this.geometry).filter(([key]) => key !== path)));
-  }
-
-  design({ geometry }: Design): void {
-    this.change(geometry);
+  /** Takes the geometry of a design, in place of what was entered. */
+  design(geometry: Numbers): void {
+    this.put(this.withGeometry(geometry));
   }
 
   async compute(): Promise<void> {
     try {
-      const body = { preset: this.accuracy, geometry: this.geometry };
       await this.job.once(async () => {
-        const answer = await app.api.computeMap(body);
+        const answer = await app.api.computeMap({ geometry: {}, ...this.body() });
         this.problems = {};
         if ('content_hash' in answer) await this.open(answer.name);
         else this.job.follow(answer);
@@ -118,8 +87,7 @@ class Maps {
   async open(name: string): Promise<void> {
     await app.try(async () => {
       const tables = await app.api.map(name);
-      this.geometry = changesFrom(tables.geometry, this.defaults);
-      save(KEPT, { set: this.geometry });
+      this.keep(this.withGeometry(tables.geometry));
       setAddress({ map: name });
       this.show({ ...tables, preview: false });
     });
@@ -129,7 +97,7 @@ class Maps {
     await app.try(async () => {
       await app.api.dropMap(name);
       await this.refresh();
-      if (this.opened === name) this.preview();
+      if (this.opened === name) this.ask();
     });
   }
 
@@ -142,7 +110,7 @@ class Maps {
   /** Takes where and at which current the field is looked at. */
   at(position: number, current: number): void {
     this.position = position;
-    this.current = Math.max(0, Math.min(current, this.value('i') ?? current));
+    this.current = Math.max(0, Math.min(current, this.number('geometry.i') ?? current));
     this.draw();
   }
 
@@ -151,46 +119,37 @@ class Maps {
     if (this.view !== 'field') return;
     this.solving = true;
     const { position, geometry } = this;
-    const current = Math.min(this.current, this.value('i') ?? this.current);
-    this.later('field', PAUSE_FIELD, () =>
-      this.fields.push({ geometry, position, current, columns: 192, lines: 24 }),
+    const current = Math.min(this.current, this.number('geometry.i') ?? this.current);
+    clearTimeout(this.solver);
+    this.solver = setTimeout(
+      () => this.fields.push({ geometry, position, current, columns: 192, lines: 24 }),
+      PAUSE_FIELD,
     );
   }
 
-  private change(geometry: Numbers): void {
-    this.geometry = geometry;
-    save(KEPT, { set: geometry });
-    this.preview();
-  }
-
-  private preview(): void {
+  override ask(): void {
     setAddress({ map: '' });
-    this.fresh = false;
-    this.later('preview', PAUSE, () => this.previews.push(this.geometry));
+    super.ask();
   }
 
-  private later(what: string, pause: number, action: () => void): void {
-    clearTimeout(this.timers.get(what));
-    this.timers.set(what, setTimeout(action, pause));
+  protected override async request(): Promise<Shown> {
+    return { ...(await app.api.previewMap(this.geometry)), preview: true };
+  }
+
+  protected override show(map: Shown): void {
+    super.show(map);
+    this.draw();
+  }
+
+  private withGeometry(geometry: Readonly<Record<string, Value>>): Changes {
+    const differing = Object.entries(geometry)
+      .map(([name, value]) => [`geometry.${name}`, value] as const)
+      .filter(([path, value]) => this.usual(path) !== value);
+    return { preset: this.value('preset'), ...Object.fromEntries(differing) };
   }
 
   private async refresh(): Promise<void> {
     this.list = await app.api.maps();
-  }
-
-  private show(map: Shown): void {
-    this.shown = map;
-    this.problems = {};
-    this.fresh = !this.previews.superseded;
-    this.draw();
-  }
-
-  private async runPreview(geometry: Numbers): Promise<void> {
-    try {
-      this.show({ ...(await app.api.previewMap(geometry)), preview: true });
-    } catch (error) {
-      this.refuse(error);
-    }
   }
 
   private async runField(body: object): Promise<void> {
@@ -203,18 +162,6 @@ class Maps {
       this.solving = this.fields.superseded;
     }
   }
-
-  private refuse(error: unknown): void {
-    if (!(error instanceof ApiError) || error.problem.errors.length === 0) {
-      messages.error(errorText(error));
-      return;
-    }
-    const errors = error.problem.errors.map((one) => ({
-      ...one,
-      loc: one.loc.replace(/^(geometry|map)\.?/, ''),
-    }));
-    this.problems = refusals(errors, geometryFields(), this.last);
-  }
 }
 
-export const maps = new Maps();
+export const maps = new Maps('map');

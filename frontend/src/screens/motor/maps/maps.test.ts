@@ -3,7 +3,6 @@ import type { MapTables, Scenario } from '../../../app/api/types';
 import { placesOf, useMap, usedIn } from '../../../app/force-maps';
 import { analyticOf, fraction, normalForce, peaks, thrust, type Analytic } from './analytic-map';
 import { analyticCurve, curvesOf, publishedOf, surface, trustOf } from './force-curves';
-import { changesFrom } from './geometry-fields';
 
 const analytic: Analytic = {
   tau: 7.2e-3,
@@ -97,10 +96,6 @@ describe('curves of a map', () => {
   it('are columns of the surface', () => {
     expect(surface(map, 'thrust')[2]).toEqual([0, 38, 0, -38, 0]);
   });
-});
-
-it('only what differs from the defaults is a change', () => {
-  expect(changesFrom({ tau: 9e-3, n: 3 }, { tau: 7.2e-3, n: 3 })).toEqual({ tau: 9e-3 });
 });
 
 it('a map is put into both axes of a place, and found there', () => {

@@ -1,14 +1,8 @@
 /** What the platforms are asked with. Paths of `both` belong to the previous and the new design. */
 
-import type { Axis, PlatformDocument } from '../../../app/api/types';
-import {
-  fieldAt,
-  nested,
-  numberIn,
-  type Field,
-  type Group,
-  type Numbers,
-} from '../quantity-fields';
+import type { Changes, PlatformDocument, Value } from '../../../app/api/types';
+import { nested } from '../../../study/study-form.svelte';
+import { numberIn, type Group } from '../quantity-fields';
 
 export type DesignName = 'previous' | 'new';
 export const DESIGNS: readonly DesignName[] = ['previous', 'new'];
@@ -26,37 +20,22 @@ export const GROUPS: readonly Group[] = [
   { title: 'Movers', paths: below('load', ['spacing_x', 'spacing_y']) },
 ];
 
-const PATHS = [FORCE, ...GROUPS.flatMap(({ paths }) => paths)];
-
-export function platformField(path: string): Field {
-  const inRequest = path === FORCE ? 'load.forces' : path.replace(/^both\./, 'new.');
-  return fieldAt('platform', path, inRequest);
-}
-
-export const platformFields = (): Field[] => PATHS.map(platformField);
-
-export interface Asked {
-  axis: Axis;
-  set: Numbers;
-  support: string;
-  /** Name of the force map that pulls; empty where forces are given. */
-  map: string;
+/** The path in a request: one force stands for four, what belongs to both is named as of the new one. */
+export function inRequest(path: string): string {
+  return path === FORCE ? 'load.forces' : path.replace(/^both\./, 'new.');
 }
 
 /** The request's body. */
-export function bodyOf({ axis, set, support, map }: Asked): Record<string, unknown> {
-  const numbers: Record<string, number> = {};
-  let force: number | null = null;
-  for (const [path, value] of Object.entries(set)) {
-    const [of, name] = path.split('.') as [string, string];
-    if (path === FORCE) force = value;
-    else if (of === 'both') for (const one of DESIGNS) numbers[`${one}.${name}`] = value;
-    else numbers[path] = value;
+export function bodyOf(entered: Changes, axis: string, support: string): Record<string, unknown> {
+  const values: Record<string, Value> = { axis };
+  for (const [path, value] of Object.entries(entered)) {
+    const name = path.split('.')[1] as string;
+    if (path === FORCE) values['load.forces'] = Array.from({ length: 4 }, () => value);
+    else if (path.startsWith('both.')) for (const one of DESIGNS) values[`${one}.${name}`] = value;
+    else if (path !== 'map.name' || value !== '') values[path] = value;
   }
-  const tables = nested(numbers) as Record<string, Record<string, unknown>>;
-  for (const one of DESIGNS) tables[one] = { ...tables[one], support };
-  if (force !== null) tables['load'] = { ...tables['load'], forces: [force, force, force, force] };
-  return { axis, ...tables, ...(map === '' ? {} : { map: { name: map } }) };
+  for (const one of DESIGNS) values[`${one}.support`] = support;
+  return nested(values);
 }
 
 /** Ends of one colour axis for all pictures, zero among them: what bends less looks so. */
@@ -71,11 +50,11 @@ export function shared(pictures: readonly (readonly (readonly number[])[])[]): {
 }
 
 /** What the server took for a field. */
-export function valueIn(found: PlatformDocument | null, path: string): number | null {
+export function valueIn(answer: PlatformDocument | null, path: string): number | null {
   const [of, name] = path.split('.') as [string, string];
-  if (found === null) return null;
-  if (path === FORCE) return found.load.forces[0];
-  if (of === 'load') return numberIn(found.load, name);
-  const shape = found.designs[of === 'previous' ? 'previous' : 'new']?.shape;
+  if (answer === null) return null;
+  if (path === FORCE) return answer.load.forces[0];
+  if (of === 'load') return numberIn(answer.load, name);
+  const shape = answer.designs[of === 'previous' ? 'previous' : 'new']?.shape;
   return numberIn(shape, name);
 }

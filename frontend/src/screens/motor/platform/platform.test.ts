@@ -1,12 +1,12 @@
-import { describe, expect, it } from 'vitest';
+import { describe, expect, it, vi } from 'vitest';
 import type { PlatformDocument } from '../../../app/api/types';
-import { bodyOf, platformField, platformFields, shared, valueIn } from './platform-fields';
+import { bodyOf, GROUPS, inRequest, shared, valueIn } from './platform-fields';
 
-const ASKED = { axis: 'y', set: {}, support: 'carriages', map: '' } as const;
+vi.hoisted(() => vi.stubGlobal('location', new URL('http://lab/')));
 
 describe('the body of a request', () => {
   it('asks for both designs on the same supports', () => {
-    expect(bodyOf(ASKED)).toEqual({
+    expect(bodyOf({ 'map.name': '' }, 'y', 'carriages')).toEqual({
       axis: 'y',
       previous: { support: 'carriages' },
       new: { support: 'carriages' },
@@ -15,7 +15,7 @@ describe('the body of a request', () => {
 
   it('gives what belongs to both to both', () => {
     const set = { 'both.E': 210e9, 'new.thickness': 0.02 };
-    expect(bodyOf({ ...ASKED, set, support: 'guides' })).toEqual({
+    expect(bodyOf(set, 'y', 'guides')).toEqual({
       axis: 'y',
       previous: { E: 210e9, support: 'guides' },
       new: { E: 210e9, thickness: 0.02, support: 'guides' },
@@ -23,8 +23,8 @@ describe('the body of a request', () => {
   });
 
   it('puts one force on four movers, or a map', () => {
-    const set = { 'load.force': 300, 'load.spacing_x': 0.1 };
-    const body = bodyOf({ ...ASKED, set, map: 'new-design' });
+    const set = { 'load.force': 300, 'load.spacing_x': 0.1, 'map.name': 'new-design' };
+    const body = bodyOf(set, 'y', 'carriages');
     expect(body['load']).toEqual({ forces: [300, 300, 300, 300], spacing_x: 0.1 });
     expect(body['map']).toEqual({ name: 'new-design' });
   });
@@ -47,13 +47,14 @@ describe('what the server took', () => {
   });
 
   it('knows no path twice', () => {
-    const fields = platformFields();
-    expect(new Set(fields.map(({ path }) => path)).size).toBe(fields.length);
+    const paths = GROUPS.flatMap((group) => group.paths);
+    expect(new Set(paths).size).toBe(paths.length);
   });
 
-  it('is shown as the server shows the field of the request', () => {
-    expect(platformField('both.length')).toMatchObject({ label: 'length along x', factor: 1e3 });
-    expect(platformField('load.force')).toMatchObject({ label: 'each normal force', unit: 'N' });
+  it('has the field of the request for each of the form', () => {
+    expect(inRequest('both.length')).toBe('new.length');
+    expect(inRequest('load.force')).toBe('load.forces');
+    expect(inRequest('previous.thickness')).toBe('previous.thickness');
   });
 });
 

@@ -6,17 +6,17 @@ import {
   requests,
   ROWS,
   smooth,
-  type Asked,
   type Run,
+  type SharingChoice,
   rowTexts,
 } from './sharing-runs';
 
-const asked: Asked = {
+const choice: SharingChoice = {
   machines: ['new-design', 'previous-design'],
   laws: ['least-norm', 'sine'],
   belief: 'same',
-  set: { force: 20, overlap: 0.1 },
 };
+const SET = { force: 20, overlap: 0.1 };
 
 const found = {
   law: 'sine',
@@ -35,7 +35,7 @@ const found = {
 
 describe('requests', () => {
   it('are one for each machine and law, on its own map', () => {
-    const all = requests(asked, new Map());
+    const all = requests(choice, SET, new Map());
     expect(all.map(({ machine, law }) => `${machine} ${law}`)).toEqual([
       'new-design least-norm',
       'new-design sine',
@@ -52,7 +52,11 @@ describe('requests', () => {
 
   it('give the controller the fit and leave the plant its map', () => {
     const fit = { force_map: { F_pk: 38 } } as unknown as MapFit;
-    const [first, , third] = requests({ ...asked, belief: 'fit' }, new Map([['new-design', fit]]));
+    const [first, , third] = requests(
+      { ...choice, belief: 'fit' },
+      SET,
+      new Map([['new-design', fit]]),
+    );
     expect(first?.body).toMatchObject({ controller: { F_pk: 38 }, plant: 'new-design' });
     // The analytic motor needs no fit.
     expect(third?.body).toMatchObject({ controller: 'previous-design' });

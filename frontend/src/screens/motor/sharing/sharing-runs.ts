@@ -27,12 +27,10 @@ export function lawText(law: Law): { name: string; title: string } {
 /** What the controller believes: the machine's own map, or the analytic one fitted to it. */
 export type Belief = 'same' | 'fit';
 
-export interface Asked {
+export interface SharingChoice {
   machines: readonly string[];
   laws: readonly Law[];
   belief: Belief;
-  /** Numbers that a person has changed. */
-  set: Numbers;
 }
 
 export interface Run {
@@ -50,10 +48,10 @@ const PHASE_DASHES: readonly Dash[] = ['solid', 'dash', 'dot'];
 
 /** The bodies of all requests, machine by machine. */
 export function requests(
-  asked: Asked,
+  { machines, laws, belief }: SharingChoice,
+  set: Numbers,
   fits: ReadonlyMap<string, MapFit>,
 ): { machine: string; law: Law; body: object }[] {
-  const { machines, laws, belief, set } = asked;
   return machines.flatMap((machine) =>
     laws.map((law) => {
       const fit = belief === 'fit' ? fits.get(machine)?.force_map : undefined;

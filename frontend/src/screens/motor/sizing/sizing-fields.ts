@@ -1,6 +1,7 @@
 /** What sizing is asked with, in the order of its form. */
 
-import { fieldAt, type Field, type Group, type Numbers } from '../quantity-fields';
+import type { Changes } from '../../../app/api/types';
+import type { Group } from '../quantity-fields';
 
 export type Direction = 'requirements' | 'dimensions';
 
@@ -29,21 +30,16 @@ export const GROUPS: Record<Direction, readonly Group[]> = {
   dimensions: groups('dimensions', [['Machine', MACHINE]]),
 };
 
-export const fieldsOf = (direction: Direction): Field[] =>
-  GROUPS[direction].flatMap(({ paths }) => paths.map((path) => fieldAt('design', path)));
+/** What a design needs beyond the paper's choices. */
+export const BORROWED = /\.(l_m|N|single_phase_force|two_phase_force|mass|stroke)$/;
 
 /** Tooth, slot and their ratio: of these the last one that was typed holds, the pitch with it. */
 const TEETH = ['p', 's', 'sigma'];
 
 /** Takes one number; of tooth, slot and ratio the others then follow from the pitch. */
-export function taken(set: Numbers, path: string, value: number): Numbers {
+export function withTooth(set: Changes, path: string, value: number): Changes {
   const [of, name] = path.split('.') as [string, string];
   const dropped = TEETH.includes(name) ? TEETH.map((one) => `${of}.${one}`) : [];
   const kept = Object.entries(set).filter(([key]) => !dropped.includes(key));
   return { ...Object.fromEntries(kept), [path]: value };
-}
-
-/** Takes one number back, so that the preset's holds. */
-export function dropped(set: Numbers, path: string): Numbers {
-  return Object.fromEntries(Object.entries(set).filter(([key]) => key !== path));
 }
