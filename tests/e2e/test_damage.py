@@ -62,9 +62,9 @@ ITEMS: dict[str, dict[str, object]] = {
     "keys": {"sweep.fields": [{"path": 5}]},
     "forms": {
         "study.tune": {"bounds.k_p": 5, "constraints.Ms": "x", "plants": [None]},
-        "identify": {"rates": [None], "speeds": "many"},
-        "motor.sizing": {"preset": "paper", "set": {"requirements.x.force": None}},
-        "motor.platform": {"axis": "z", "set": 5, "support": "", "map": None},
+        "study.identify": {"presliding.rates": [None], "range.count": "many"},
+        "study.design": {"preset": 5, "requirements.x.force": None},
+        "study.platform": {"axis": 5, "load.force": "x", "map.name": None},
         "motor.sharing": {"machines": [None], "laws": 5},
         "montecarlo.spec": {"x": "5"},
         "scopes": [None],

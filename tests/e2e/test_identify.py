@@ -225,21 +225,21 @@ def test_what_is_wrong_is_told_before_anything_moves(screen: Page, refusals: lis
     experiment = region(screen, "Experiment")
     set_field(screen, "speeds", "3")
     expect(experiment.get_by_role("alert")).to_have_text(
-        "speeds 3: has too few items. Allowed: 5 or more items.", timeout=LONG
+        "Has too few items: 3 items. Allowed: 5 or more items.", timeout=LONG
     )
     expect(identify(screen)).to_be_disabled()
     set_field(screen, "speeds", "12")
     expect(experiment.get_by_role("alert")).to_have_count(0, timeout=LONG)
     set_field(screen, "fastest, mm/s", "900")
     expect(experiment.get_by_role("alert").last).to_contain_text(
-        re.compile(r"^900 mm/s needs .* the stroke of x is 170 mm"), timeout=LONG
+        re.compile(r"900 mm/s needs .* the stroke of x is 170 mm"), timeout=LONG
     )
     set_field(screen, "fastest, mm/s", "150")
     set_field(screen, "slowest, mm/s", "0.1")
     set_field(screen, "time of each, s", "3600")
     too_long = experiment.get_by_role("alert").filter(has_text="too long for one experiment")
     expect(too_long).to_be_visible()
-    screen.get_by_role("button", name="Defaults").click()
+    screen.get_by_role("button", name=re.compile("^Reset")).click()
     expect(experiment.get_by_role("alert")).to_have_count(0, timeout=LONG)
     expect(identify(screen)).to_be_enabled()
 

@@ -12,11 +12,19 @@ import type {
   Value,
 } from '../app/api/types';
 import { errorText } from '../app/error-text';
-import { entryOf, fieldOf, refusal, served, type Entries } from '../app/fields/fields.svelte';
+import {
+  entryOf,
+  fieldOf,
+  refusal,
+  served,
+  type Entries,
+  type Field,
+} from '../app/fields/fields.svelte';
 import { sourceOf, wholeOf, type ScenarioSource } from '../app/jobs/job-request';
 import { JobStore } from '../app/jobs/job-store.svelte';
 import { load, recordOf, save } from '../app/storage';
 import { app } from '../app/store.svelte';
+import { prettyUnit } from '../ui/units';
 
 type Request = Readonly<Record<string, unknown>>;
 
@@ -64,9 +72,12 @@ export class StudyForm {
   });
 
   /** How much of it a reset gives up. */
-  readonly changed = $derived.by(
-    () => Object.keys(this.entered).filter((path) => !this.lasts(path)).length,
-  );
+  readonly changed = $derived.by(() => {
+    const { entered, initial } = this;
+    return Object.keys({ ...initial, ...entered }).filter(
+      (path) => !this.lasts?.(path) && !equal(entered[path], initial[path]),
+    ).length;
+  });
 
   /** What is refused and shown at no field, with the names of the fields. */
   readonly unplaced = $derived.by(() =>
@@ -99,7 +110,15 @@ export class StudyForm {
   }
 
   label(path: string): string {
-    return fieldOf(this.alias(path), this.entries).label;
+    return this.field(path).label;
+  }
+
+  /** How a field is called and shown. */
+  field(path: string): Field {
+    const entry = this.entry(path);
+    return entry
+      ? { ...entry, unit: prettyUnit(entry.unit) }
+      : fieldOf(this.alias(path), this.entries);
   }
 
   /** What holds: what was entered, else the default. */
@@ -133,14 +152,12 @@ export class StudyForm {
       this.put(without(this.entered, paths));
       return;
     }
-    const lasting = Object.entries(this.entered).filter(([path]) => this.lasts(path));
+    const lasting = Object.entries(this.entered).filter(([path]) => this.lasts?.(path));
     this.put({ ...this.initial, ...Object.fromEntries(lasting) });
   }
 
   /** Whether a field stays as it is when the form is reset. */
-  protected lasts(_path: string): boolean {
-    return false;
-  }
+  protected lasts?(path: string): boolean;
 
   /** Takes all that is entered. */
   put(entered: Changes): void {

@@ -26,21 +26,3 @@ export function wholeOf({ scenario, set }: ScenarioSource, parts: Parts): Scenar
   );
   return withChanges(scenario, set, { ...Object.fromEntries(named), ...parts });
 }
-
-/**
- * Returns the names of the settings in which a request differs from the form's present one.
- *
- * @param defaults what a request means that leaves a setting out
- * @param names of the settings that are compared, by their key in a request
- */
-export function differing(
-  request: Readonly<Record<string, unknown>>,
-  now: object,
-  defaults: object,
-  names: Readonly<Record<string, string>>,
-): readonly string[] {
-  const [form, usual] = [now, defaults] as Record<string, unknown>[];
-  return Object.entries(names)
-    .filter(([key]) => !equal(request[key] ?? usual?.[key] ?? null, form?.[key] ?? null))
-    .map(([, name]) => name);
-}

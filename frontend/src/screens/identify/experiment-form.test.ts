@@ -1,40 +1,43 @@
-import { describe, expect, it } from 'vitest';
-import type { Scenario } from '../../app/api/types';
-import '../../app/fields/example-fields';
+import { describe, expect, it, vi } from 'vitest';
+import { ApiError } from '../../app/api/client';
+import type { ProblemField, Scenario } from '../../app/api/types';
+import { app } from '../../app/store.svelte';
 import {
-  bodyOf,
   compensated,
   compensates,
-  complaint,
-  complaints,
-  defaults,
-  formOf,
+  ExperimentForm,
   ratesOf,
+  rangeOf,
   speedsOf,
-} from './experiment-form';
+  withoutMotion,
+} from './experiment-form.svelte';
 
-const DEFAULT = defaults();
+vi.hoisted(() => vi.stubGlobal('location', new URL('http://lab/')));
+
 const scenario = { name: 'circle', variants: { A: {}, B: {} } } as unknown as Scenario;
+app.session.info = { scenario } as NonNullable<typeof app.session.info>;
+const formWith = (entered = {}) => {
+  const form = new ExperimentForm('identify', {}, { variant: 0, apply_to: 1 });
+  form.put(entered);
+  return form;
+};
+const RANGE = formWith().range;
 
 describe('speeds', () => {
   it('go from the slowest to the fastest, each as far from the next in ratio', () => {
-    const speeds = speedsOf({ ...DEFAULT, slowest: 0.001, fastest: 0.1, speeds: 5 });
+    const speeds = speedsOf({ ...RANGE, slowest: 0.001, fastest: 0.1, count: 5 });
     expect(speeds).toEqual([0.001, 0.003162, 0.01, 0.03162, 0.1]);
   });
 
   it('or in mm/s', () => {
-    const form = {
-      ...DEFAULT,
-      slowest: 0.01,
-      fastest: 0.05,
-      speeds: 5,
-      spacing: 'linear' as const,
-    };
-    expect(speedsOf(form)).toEqual([0.01, 0.02, 0.03, 0.04, 0.05]);
+    const range = { slowest: 0.01, fastest: 0.05, count: 5, spacing: 'linear' as const };
+    const speeds = speedsOf(range);
+    expect(speeds).toEqual([0.01, 0.02, 0.03, 0.04, 0.05]);
+    expect(rangeOf(speeds)).toEqual(range);
   });
 
   it('are by default those of the server', () => {
-    const speeds = speedsOf(DEFAULT);
+    const speeds = speedsOf(RANGE);
     expect(speeds).toHaveLength(32);
     expect(speeds[0]).toBe(0.0005);
     expect(speeds[31]).toBe(0.15);
@@ -44,40 +47,60 @@ describe('speeds', () => {
 
 describe('the request', () => {
   it('names a run and what is read of it, and is read back', () => {
-    const form = { ...DEFAULT, by: 'run' as const, run: 'r-abcdefghijkl', force: 'Kraft', mass: 5 };
-    const body = bodyOf(form, scenario, {});
-    expect(body).toMatchObject({ run: form.run, record: { force: 'Kraft', mass: 5 } });
-    expect(formOf({ ...body })).toMatchObject({ by: 'run', run: form.run, position: '', mass: 5 });
-    expect(bodyOf({ ...form, by: 'experiment' }, scenario, {})).not.toHaveProperty('run');
+    const entered = { run: 'r-abcdefghijkl', 'record.force': 'Kraft', 'record.mass': 5 };
+    const form = formWith(entered);
+    expect(form.request).not.toHaveProperty('run');
+    form.readBy('run');
+    const body = form.request;
+    expect(body).toMatchObject({ run: entered.run, record: { force: 'Kraft', mass: 5 } });
+    form.readBy('experiment');
+    form.restore({ ...body });
+    expect([form.byRun, form.text('run'), form.number('record.mass')]).toEqual([
+      true,
+      entered.run,
+      5,
+    ]);
+    form.put({});
+    expect(form.request).toBeNull();
+    form.readBy('experiment');
   });
 
-  it('has the changes of the Lab, but for its motion', () => {
+  it('has the changes of the Lab, but for its motion and with another motor its plant', () => {
     const changes = {
       'plant.x.mass': 6,
       'trajectory.radius': 0.02,
       trajectory: { kind: 'circle' },
-      'variants.A.controller.x.k_p': 1e5,
       seed: 3,
     };
-    const body = bodyOf(DEFAULT, scenario, changes);
-    expect(body.set).toEqual({
-      'plant.x.mass': 6,
-      'variants.A.controller.x.k_p': 1e5,
-      seed: 3,
-    });
+    expect(withoutMotion(changes, '')).toEqual({ 'plant.x.mass': 6, seed: 3 });
+    expect(withoutMotion(changes, 'matched')).toEqual({ seed: 3 });
+    expect(formWith({ motor: 'matched' }).request?.set).toEqual({ plant: 'matched' });
   });
 
-  it('has another motor in place of changes of the present one', () => {
-    const form = { ...DEFAULT, motor: 'matched' };
-    expect(bodyOf(form, scenario, { 'plant.x.mass': 6, seed: 3 }).set).toEqual({
-      plant: 'matched',
-      seed: 3,
-    });
+  it('leaves out controllers that the scenario does not have', () => {
+    const body = formWith({ variant: 'B', apply_to: 'C' }).request;
+    expect([body?.variant, body?.apply_to]).toEqual(['B', 'B']);
   });
 
-  it('leaves out variants that the scenario does not have', () => {
-    const body = bodyOf({ ...DEFAULT, variant: 'B', applyTo: 'C' }, scenario, {});
-    expect([body.variant, body.apply_to]).toEqual(['B', null]);
+  it.each(['log', 'linear'] as const)('comes back into the form, with %s speeds', (spacing) => {
+    const entered = {
+      'range.slowest': 0.002,
+      'range.fastest': 0.15,
+      'range.count': 9,
+      'range.spacing': spacing,
+      motor: 'matched',
+      axis: 'y',
+      variant: 'B',
+      pitches_max: 3,
+      'presliding.rates': [50],
+    };
+    const body = JSON.parse(JSON.stringify(formWith(entered).request)) as Record<string, unknown>;
+    const form = formWith();
+    form.restore(body);
+    expect(form.entered).toEqual(entered);
+    expect(form.differing(body, form.request ?? {})).toEqual([]);
+    form.change({ 'range.count': 5 });
+    expect(form.differing(body, form.request ?? {})).toEqual(['speeds']);
   });
 });
 
@@ -91,76 +114,31 @@ describe('rates', () => {
 });
 
 describe('what the server refuses', () => {
-  const speeds = [0.001, 0.5];
+  const unplaced = (...errors: ProblemField[]) => {
+    const form = formWith({ 'range.slowest': 0.001, 'range.fastest': 0.5, 'range.count': 2 });
+    form.refuse(new ApiError({ title: '', status: 422, detail: '', errors }));
+    return form.unplaced;
+  };
 
   it('names the speed, and lengths in the unit of the screen', () => {
-    const text = complaint(
-      {
-        loc: 'speeds.1',
-        message: 'needs 234.5 mm on x to speed up; the stroke of x is 170 mm',
-        value: 0.5,
-        bounds: { maximum: 0.412 },
-        unit: 'm/s',
-      },
-      { speeds },
-    );
-    expect(text).toBe(
-      '500 mm/s needs 234.5 mm on x to speed up; the stroke of x is 170 mm. Allowed: ≤ 412 mm/s.',
-    );
+    const problem = {
+      loc: 'speeds.1',
+      message: 'needs 234.5 mm on x to speed up; the stroke of x is 170 mm',
+      value: 0.5,
+      bounds: { maximum: 0.412 },
+      unit: 'm/s',
+    };
+    expect(unplaced(problem, problem)).toEqual([
+      'speeds: 500 mm/s needs 234.5 mm on x to speed up; the stroke of x is 170 mm. Allowed: ≤ 412 mm/s.',
+    ]);
   });
 
   it('counts items as they are', () => {
-    const field = { loc: 'speeds', message: 'has too few items', value: 3, unit: 'items' };
-    expect(complaint({ ...field, range: '5 or more' }, { speeds })).toBe(
-      'speeds 3: has too few items. Allowed: 5 or more items.',
-    );
+    const problem = { loc: 'speeds', message: 'has too few items', value: 3, unit: 'items' };
+    expect(unplaced({ ...problem, range: '5 or more' })).toEqual([
+      'speeds: Has too few items: 3 items. Allowed: 5 or more items.',
+    ]);
   });
-
-  it('says once what holds for many speeds', () => {
-    const field = { message: 'is out of range', value: 0, bounds: { minimum: 1e-4 }, unit: 'm/s' };
-    const fields = [1, 2, 3].map((k) => ({ ...field, loc: `speeds.${String(k)}` }));
-    const texts = complaints(fields, { speeds: [0.001, 0, 0, 0] });
-    expect(texts).toHaveLength(1);
-  });
-
-  it('leaves a range in words as it is', () => {
-    const field = { loc: 'speeds.0', message: 'is too fast', range: 'none on this stroke' };
-    expect(complaint(field, { speeds })).toBe(
-      '1.00 mm/s is too fast. Allowed: none on this stroke.',
-    );
-  });
-
-  it('names the field as the screen does', () => {
-    const field = {
-      loc: 'time_max',
-      message: 'is out of range',
-      value: 0,
-      bounds: { exclusive_minimum: 0 },
-      unit: 's',
-    };
-    expect(complaint(field, { speeds })).toBe('time of each 0: is out of range. Allowed: > 0 s.');
-  });
-});
-
-it.each(['log', 'linear'] as const)('shows what was asked for, with %s speeds', (spacing) => {
-  const form = {
-    ...DEFAULT,
-    motor: 'matched',
-    axis: 'y' as const,
-    variant: 'A',
-    applyTo: 'B',
-    slowest: 0.002,
-    speeds: 9,
-    spacing,
-    timeMax: 1,
-    pitchesMax: 3,
-    rates: [50],
-    places: 4,
-  };
-  const asked = JSON.parse(JSON.stringify(bodyOf(form, scenario, {}))) as Record<string, unknown>;
-  expect({ ...DEFAULT, ...formOf(asked) }).toEqual(form);
-  const bare = JSON.parse(JSON.stringify(bodyOf(DEFAULT, scenario, {}))) as Record<string, unknown>;
-  expect({ ...form, ...formOf(bare) }).toEqual(DEFAULT);
 });
 
 it('switches the compensation on that is compared, where there is one', () => {

@@ -1,6 +1,5 @@
 /** State and actions of the Identify screen. */
 
-import { ApiError } from '../../app/api/client';
 import { equal } from '../../app/api/scenario-paths';
 import type {
   AxisIdentification,
@@ -12,24 +11,12 @@ import type {
 } from '../../app/api/types';
 import { AppliedChanges } from '../../parts/apply/applied-changes.svelte';
 import { Comparison, forVariants } from '../../parts/apply/comparison.svelte';
-import { errorText } from '../../app/error-text';
-import { differing, sourceOf, wholeOf } from '../../app/jobs/job-request';
-import { JobStore } from '../../app/jobs/job-store.svelte';
+import { fieldErrorsText } from '../../app/error-text';
+import { sourceOf, wholeOf } from '../../app/jobs/job-request';
 import { LatestWins } from '../../app/latest-wins';
 import { fromAddress, load, save, setAddress } from '../../app/storage';
 import { app, type Mode } from '../../app/store.svelte';
-import {
-  bodyOf,
-  compensated,
-  compensates,
-  complaints,
-  defaults,
-  formOf,
-  KEPT,
-  settings,
-  type Body,
-  type ExperimentForm,
-} from './experiment-form';
+import { compensated, compensates, ExperimentForm, type Body } from './experiment-form.svelte';
 import type { Friction, Points, CurveView } from './friction-curves';
 import { parametersOf } from './parameter-rows';
 
@@ -40,21 +27,13 @@ interface Asked {
 }
 
 class Experiment {
-  readonly job = new JobStore(app.api, 'identify', (request) => this.change(formOf(request)));
-  readonly comparison = new Comparison(app.api, (fields) =>
-    fields.map(({ loc, message }) => `${loc}: ${message}`).join('; '),
-  );
+  readonly form = new ExperimentForm('identify', {}, { variant: 0, apply_to: 1 });
+  readonly job = this.form.jobOf('identify');
+  readonly comparison = new Comparison(app.api, fieldErrorsText);
   /** Models that were given to the Lab, and whose. */
   readonly given = new AppliedChanges();
   givenTo = $state.raw<readonly string[]>([]);
-  /** The user's settings; all else is the server's default. */
-  private entered = $state.raw<Partial<ExperimentForm>>(load('identify', {}, KEPT));
-  readonly form = $derived<ExperimentForm>({ ...defaults(), ...this.entered });
-  /** The shipped scenario that the form names. */
-  private chosen = $state.raw<Scenario | null>(null);
   plan = $state.raw<IdentificationPlan | null>(null);
-  /** What is wrong with the request, in words. */
-  refused = $state.raw<readonly string[]>([]);
   /** The axis that is looked at; null: the one that is at work, or the first. */
   private picked = $state<Axis | null>(null);
   view = $state<CurveView>(
@@ -65,17 +44,6 @@ class Experiment {
   beside = $state.raw<{ id: string; result: Identification } | null>(null);
   private readonly plans = new LatestWins<Body>((body) => this.askPlan(body));
 
-  readonly scenario = $derived(
-    this.form.source === '' ? (app.session.info?.scenario ?? null) : this.chosen,
-  );
-
-  /** The request; null before there is a scenario. */
-  readonly body = $derived.by((): Body | null => {
-    if (!this.scenario || (this.form.by === 'run' && this.form.run === '')) return null;
-    const drafted = this.form.source === '' && app.mode === 'whatif' ? app.draft : {};
-    return bodyOf(this.form, this.scenario, drafted);
-  });
-
   readonly result = $derived(this.job.report?.result ?? null);
   private readonly partial = $derived(this.job.report?.partial ?? null);
   readonly standing = $derived(this.job.active ? (this.partial?.standing ?? null) : null);
@@ -85,8 +53,8 @@ class Experiment {
     const told = this.result?.axes ?? (this.job.report ? {} : (this.plan?.record ?? {}));
     if (Object.keys(told).length > 0) return Object.keys(told) as Axis[];
     const asked = this.job.report?.request.axis;
-    const axis = this.job.report ? (asked ?? 'both') : this.form.axis;
-    return axis === 'x' || axis === 'y' ? [axis] : ['x', 'y'];
+    if (!this.job.report) return this.form.axes;
+    return asked === 'x' || asked === 'y' ? [asked] : ['x', 'y'];
   });
 
   readonly axis = $derived.by((): Axis => {
@@ -121,21 +89,18 @@ class Experiment {
 
   /** Settings in which the form differs from the job's request. */
   readonly settings = $derived.by((): readonly string[] => {
-    const { request } = this.job.report ?? {};
-    const { body, scenario } = this;
-    if (!request || !body || !scenario) return [];
-    const names = differing(request, body, bodyOf(defaults(), scenario, {}), settings());
-    const then = sourceOf(request);
+    const { report } = this.job;
+    const { request: body } = this.form;
+    if (!report || !body) return [];
+    const names = this.form.differing(report.request, body);
+    const then = sourceOf(report.request);
     const same = !then || equal(wholeOf(then, {}).plant, wholeOf(body, {}).plant);
     return same ? names : ['motor', ...names];
   });
 
   async open(): Promise<void> {
-    await app.try(async () => {
-      if (this.form.source !== '') await this.choose(this.form.source);
-      await this.job.resume();
-      this.takeRecord();
-    });
+    await this.form.open(this.job);
+    this.takeRecord();
   }
 
   /** Takes the run that another screen's link names, once. */
@@ -143,26 +108,14 @@ class Experiment {
     const run = fromAddress('record');
     if (run === null) return;
     setAddress({ record: '' });
-    this.change({ by: 'run', run, runVariant: '', position: '', force: '' });
+    this.form.readBy('run');
+    this.readRun(run);
   }
 
-  change(changes: Partial<ExperimentForm>): void {
-    this.entered = { ...this.entered, ...changes };
-    if (this.body === null) this.forget();
-    save('identify', this.entered);
-  }
-
-  /** There is nothing to plan: a run is still to be chosen. */
-  private forget(): void {
-    this.plan = null;
-    this.refused = [];
-  }
-
-  async choose(source: string): Promise<void> {
-    await app.try(async () => {
-      this.chosen = source === '' ? null : await app.api.scenario(source);
-      this.change({ source });
-    });
+  /** Reads another run, whose columns are its own. */
+  readRun(run: string): void {
+    this.form.reset(['record.variant', 'record.position', 'record.force']);
+    this.form.change({ run });
   }
 
   pick(axis: Axis): void {
@@ -174,19 +127,19 @@ class Experiment {
     save('identify-view', view);
   }
 
-  ask(body: Body): void {
-    this.plans.push(body);
+  /** Plans what the form says; nothing while a run is still to be chosen. */
+  ask(body: Body | null): void {
+    if (body) this.plans.push(body);
+    else this.plan = null;
   }
 
-  async start(): Promise<void> {
-    const { body } = this;
-    if (!body) return;
-    this.picked = null;
-    try {
-      await this.job.start('/identify', body);
-    } catch (error) {
-      this.refuse(error, body);
-    }
+  start(): Promise<void> {
+    const { request } = this.form;
+    return this.form.start(async () => {
+      if (!request) return;
+      this.picked = null;
+      await this.job.start('/identify', request);
+    });
   }
 
   /** Lays an earlier result beside the present one; an empty id takes it away. */
@@ -253,16 +206,11 @@ class Experiment {
   private async askPlan(body: Body): Promise<void> {
     try {
       this.plan = await app.api.planIdentification(body);
-      this.refused = [];
+      this.form.problems = {};
     } catch (error) {
       this.plan = null;
-      this.refuse(error, body);
+      this.form.refuse(error);
     }
-  }
-
-  private refuse(error: unknown, body: Body): void {
-    const fields = error instanceof ApiError ? error.problem.errors : [];
-    this.refused = fields.length > 0 ? complaints(fields, body) : [errorText(error)];
   }
 }
 

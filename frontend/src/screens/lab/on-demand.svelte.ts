@@ -22,6 +22,7 @@ class OnDemand {
 
   loadStudy = () =>
     app.try(async () => {
+      await app.catalogue.loadRequests(['monte-carlo']);
       this.study ??= await import('./montecarlo/StudyBody.svelte');
     });
 

@@ -3,9 +3,9 @@
 import { equal } from '../../../app/api/scenario-paths';
 import { AXES, type Axis, type Changes, type MonteCarlo } from '../../../app/api/types';
 import { sourceOf, wholeOf, type ScenarioSource } from '../../../app/jobs/job-request';
-import { JobStore } from '../../../app/jobs/job-store.svelte';
 import { load, oneOf, partOf, save } from '../../../app/storage';
 import { app } from '../../../app/store.svelte';
+import { ScenarioForm } from '../../../study/study-form.svelte';
 import { BandUnderlay } from '../../../plot/quantile-band';
 import type { Scope } from '../../../plot/scope-catalog';
 import type { SampleSource } from '../../../plot/source';
@@ -14,11 +14,9 @@ import { covers, quantileBands, type Spec } from './spread';
 
 export const CASES = [100, 300, 1000] as const;
 
-export class Study {
-  readonly job = new JobStore(app.api, 'monte-carlo', ({ cases }) => {
-    if (typeof cases === 'number') this.setCases(cases);
-  });
-  cases = $state<number>(load('montecarlo.cases', 300, oneOf(...CASES)));
+export class Study extends ScenarioForm {
+  readonly job = this.jobOf('monte-carlo');
+  readonly cases = $derived(this.number('cases') ?? 300);
   /** Largest following error allowed, m. */
   spec = $state.raw<Spec>(load('montecarlo.spec', {}, partOf({ x: 0, y: 0 })));
   /** Whether the bands are drawn. */
@@ -28,27 +26,17 @@ export class Study {
   axis = $state<Axis>(load('montecarlo.axis', 'x', oneOf('x', 'y')));
   readonly result = $derived<MonteCarlo | null>(this.job.report?.result ?? null);
 
-  private readonly question = $derived.by((): ScenarioSource | null => {
-    const scenario = app.session.info?.scenario;
-    return scenario ? { scenario, set: app.draft } : null;
-  });
-
   /** Whether the study is of another scenario or draft than the one that is shown. */
-  readonly stale = $derived.by(() => {
-    const { request } = this.job.report ?? {};
-    if (!request || !this.question) return false;
-    const asked = sourceOf(request);
-    if (!asked) return true; // by a scenario's name, from elsewhere
-    return !equal(
-      wholeOf(asked, app.catalogue.resolved),
-      wholeOf(this.question, app.catalogue.resolved),
-    );
-  });
+  readonly stale = $derived.by(() => this.otherThan(this.job.report?.request));
+  readonly settings = $derived.by(() => this.differing(this.job.report?.request, this.body()));
 
-  readonly settings = $derived.by((): readonly string[] => {
-    const cases = this.job.report?.request.cases ?? this.cases;
-    return cases === this.cases ? [] : ['number of plants'];
-  });
+  override label(path: string): string {
+    return path === 'cases' ? 'number of plants' : super.label(path);
+  }
+
+  protected override get staged(): Changes {
+    return app.draft;
+  }
 
   /** Number of the plant of this study that the Lab shows; null where it shows another motor. */
   readonly opened = $derived.by((): number | null => {
@@ -72,12 +60,14 @@ export class Study {
     return { x: of('x'), y: of('y') };
   });
 
-  async run(): Promise<void> {
-    if (this.question) await this.job.start('/montecarlo', { ...this.question, cases: this.cases });
+  run(): Promise<void> {
+    return this.start((question) =>
+      this.job.start('/montecarlo', { ...question, cases: this.cases }),
+    );
   }
 
   /** Stages the motor of one plant of the study, in the scenario that the study was asked for. */
-  async open({ set }: Pick<MonteCarlo['worst'][number], 'set'>): Promise<void> {
+  async openPlant({ set }: Pick<MonteCarlo['worst'][number], 'set'>): Promise<void> {
     await this.stage(set as Changes);
   }
 
@@ -99,11 +89,6 @@ export class Study {
   look(at: { metric?: string; axis?: Axis }): void {
     if (at.metric !== undefined) save('montecarlo.metric', (this.metric = at.metric));
     if (at.axis) save('montecarlo.axis', (this.axis = at.axis));
-  }
-
-  setCases(cases: number): void {
-    this.cases = cases;
-    save('montecarlo.cases', cases);
   }
 
   setSpec(axis: Axis, limit: number | null): void {
@@ -129,4 +114,4 @@ export class Study {
 
 const NONE: readonly Underlay[] = [];
 
-export const study = new Study();
+export const study = new Study('monte-carlo');
