@@ -36,7 +36,7 @@ def tune(page: Page, server: Server) -> Iterator[Page]:
     """The Tune screen, with searches that are soon over."""
     state(page, "paused")
     set_field(page, "starts", "2")
-    set_field(page, "evaluations of a start", "40")
+    set_field(page, "evaluations", "40")
     page.get_by_role("checkbox", name="window", exact=True).check()
     yield page
     for job in page.request.get(f"{server.url}{API}/jobs").json():
@@ -90,7 +90,7 @@ def test_search_reload_compare_apply_and_undo(tune: Page) -> None:
 
 def test_progress_is_shown_and_a_search_is_cancelled(tune: Page) -> None:
     page = tune
-    set_field(page, "evaluations of a start", "2000")
+    set_field(page, "evaluations", "2000")
     set_field(page, "starts", "8")
     set_field(page, "end of the window, s", "9")
     button(page, "Search gains")

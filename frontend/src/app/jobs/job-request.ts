@@ -1,6 +1,6 @@
 /** The request of a job, from its report. */
 
-import { equal, withChanges } from '../api/scenario-paths';
+import { withChanges } from '../api/scenario-paths';
 import type { Changes, Scenario, Value } from '../api/types';
 
 /** A scenario and changes to it. */
