@@ -94,12 +94,12 @@ def test_what_others_have_computed_is_listed_and_shown_when_chosen(
     paper: Page, server: Server
 ) -> None:
     name = "Turns of a phase N"
-    answer = paper.documents.post(f"{server.url}{API}/reproduce", data={"only": ["sizing"]})
+    answer = paper.request.post(f"{server.url}{API}/reproduce", data={"only": ["sizing"]})
     url = f"{server.url}{API}/jobs/{answer.json()['id']}"
     until(
         paper,
         "all rows are computed",
-        lambda: paper.documents.get(url).json()["state"] == "done",
+        lambda: paper.request.get(url).json()["state"] == "done",
         SLOW,
     )
     paper.reload()

@@ -70,7 +70,7 @@ OF_AN_AXIS = [
 def test_sizing_of_the_example(
     paper: DesignDocument, key: str, printed: str, used: str, factor: float, digits: str
 ) -> None:
-    found: Reading = getattr(paper.design, key)
+    found: Reading = getattr(paper.sizing, key)
     assert shown((found.printed_value or 0.0) * factor, digits) == printed
     assert shown((found.value or 0.0) * factor, digits) == used
 
@@ -101,7 +101,7 @@ def test_from_rest_to_rest_y_is_too_slow_for_its_specification(rating: Rating) -
 
 
 def test_nothing_of_sizing_is_warned_of(paper: DesignDocument) -> None:
-    assert paper.design.warnings == []
+    assert paper.sizing.warnings == []
 
 
 def test_the_turns_as_sized_reach_the_flux_density(rating: Rating) -> None:
