@@ -165,6 +165,20 @@ async def _shared(data: Path) -> None:
     await recorder.close()
 
 
+def test_a_recorder_ends_also_while_room_is_being_made(data: Path) -> None:
+    async def ended() -> None:
+        recorder = RunRecorder(data, Workers())  # pyright: ignore[reportArgumentType]
+        async with asyncio.timeout(PATIENCE):
+            while not recorder._crowded._waiters:  # pyright: ignore[reportAttributeAccessIssue]
+                await asyncio.sleep(0.001)
+        recorder._crowded.set()
+        await asyncio.sleep(0)  # what waits has its event, and is ended before it goes on
+        async with asyncio.timeout(PATIENCE):
+            await recorder.close()
+
+    asyncio.run(ended())
+
+
 def test_a_recording_of_several_files_is_found_after_a_kill_and_read_in_part(
     tmp_path: Path,
 ) -> None:

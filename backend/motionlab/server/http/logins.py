@@ -118,7 +118,8 @@ class Logins:
         event = self._ends.setdefault(login.id, asyncio.Event())
         while (left := self._expiries.get(login.id, login.expires) - monotonic()) > 0:
             with contextlib.suppress(TimeoutError):
-                await asyncio.wait_for(event.wait(), min(left, _LOOK))
+                async with asyncio.timeout(min(left, _LOOK)):
+                    await event.wait()
             if event.is_set():
                 return
 

@@ -105,7 +105,8 @@ class RunRecorder:
         """Wait until the index has a run that a session has just named; a few seconds at most."""
         if (unlisted := self._unlisted.get(run_id)) is not None:
             with contextlib.suppress(TimeoutError):
-                await asyncio.wait_for(unlisted.wait(), _LISTED_SECONDS)
+                async with asyncio.timeout(_LISTED_SECONDS):
+                    await unlisted.wait()
 
     async def close(self) -> None:
         """Write what waits, and end."""
@@ -317,7 +318,9 @@ class RunRecorder:
             self._crowded.clear()
             await asyncio.sleep(_TIDY_LEAST)
             with contextlib.suppress(TimeoutError):
-                await asyncio.wait_for(self._crowded.wait(), _TIDY_PERIOD)
+                # wait_for of Python 3.11 drops a cancellation that comes with the event.
+                async with asyncio.timeout(_TIDY_PERIOD):
+                    await self._crowded.wait()
         missed, self._missed = self._missed, {}
         for record, run in missed.values():
             if run is not None:

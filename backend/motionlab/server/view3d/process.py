@@ -103,7 +103,8 @@ class Scene:
                 self._process.kill()
             self._write(self._start_message())
             assert self._process.stdout is not None
-            line = await asyncio.wait_for(self._process.stdout.readline(), _START_SECONDS)
+            async with asyncio.timeout(_START_SECONDS):
+                line = await self._process.stdout.readline()
             answer = json.loads(line) if line else {}
             reason = answer.get("error") or "its process ended before it was ready"
             self.port = answer.get("port", 0)
