@@ -12,7 +12,6 @@ from motionlab.server.http.strict_json import JsonRoute
 from motionlab.server.settings import Settings
 from motionlab.server.worker_answers import computed
 from motionlab.studies.identify.documents import IdentifyRequest, PlanDocument
-from motionlab.studies.identify.experiment import plan_of
 from motionlab.studies.table import BY_KIND
 
 router = APIRouter(tags=["identify"], route_class=JsonRoute)
@@ -38,4 +37,6 @@ async def plan_identification(
 
 
 def _plan(body: dict[str, Any], work_max: float) -> PlanDocument:
+    from motionlab.studies.identify.experiment import plan_of
+
     return plan_of(BY_KIND["identify"].plan(body), work_max)
