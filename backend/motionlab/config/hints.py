@@ -19,7 +19,7 @@ _PATHS_MAX = 5000
 _ERRORS_MAX = 10 * SHOWN_MAX
 
 
-def hinted(
+def add_hints(
     errors: Sequence[FieldError], document: Mapping[str, Any], changes: Mapping[str, Any]
 ) -> list[FieldError]:
     """Return errors of a scenario; those of unknown keys name the fields of that name.

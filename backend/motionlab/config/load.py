@@ -11,13 +11,13 @@ from typing import Any
 from pydantic import ValidationError
 
 from motionlab.config.changes import apply_changes, check_schedulable
-from motionlab.config.hints import hinted
+from motionlab.config.hints import add_hints
 from motionlab.config.includes import resolve
 from motionlab.config.quantity import Config
 from motionlab.config.scenario import Scenario
 from motionlab.config.shipped import is_name, parse, read
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
-from motionlab.config.toml_lines import placed
+from motionlab.config.toml_lines import add_places
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.config.validation_errors import field_errors
 from motionlab.errors import ConfigError, FieldError
@@ -66,9 +66,9 @@ def load_scenario(
             raise ConfigError(*nowhere, *_others(tables, nowhere))
         return validate(apply_changes(tables, changes) if changes else tables)
     except ConfigError as error:
-        errors: Sequence[FieldError] = hinted(error.errors, tables, changes)
+        errors: Sequence[FieldError] = add_hints(error.errors, tables, changes)
         if isinstance(source, Path):
-            errors = placed(errors, source, changes)
+            errors = add_places(errors, source, changes)
         raise ConfigError(*errors) from None
     except RecursionError:
         raise ConfigError(FieldError(loc="scenario", message="is nested too deeply")) from None

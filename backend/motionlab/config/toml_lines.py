@@ -15,7 +15,7 @@ _TOKEN = re.compile(TOKEN.pattern + r"""|[^\s\[\]{}.,="'\#]+""", re.DOTALL)
 _NOWHERE = 1 << 30  # line of what the file does not hold, behind all others
 
 
-def placed(
+def add_places(
     errors: Sequence[FieldError], path: Path, elsewhere: Iterable[str]
 ) -> Sequence[FieldError]:
     """Return the errors of a scenario's file with its name and their lines, in its order.

@@ -69,7 +69,7 @@ def of_run(run_id: str, start: float | None, end: float | None, *, window: bool 
     scenario = scenario_of(
         run, first, stop, lambda path: path.startswith(("variants.", "plant", "trajectory"))
     )
-    simulate = simulated if run.kind in {"simulation", "live"} else None
+    simulate = record_simulation if run.kind in {"simulation", "live"} else None
     variants = tuple(run.variants)
     return Recorded(variants, run.period, first, stop, column, path, scenario, simulate)
 
@@ -109,11 +109,11 @@ def of_recording(recording: Recording, prepared: Prepared, first: int, stop: int
         scenario = now.model_copy(update={"schedule": (), "window": None})
     variants = tuple(recording.variants)
     return Recorded(
-        variants, CONTROL_PERIOD, first, stop, column, path, scenario, simulate=simulated
+        variants, CONTROL_PERIOD, first, stop, column, path, scenario, simulate=record_simulation
     )
 
 
-def simulated(scenario: Scenario) -> Recorded:
+def record_simulation(scenario: Scenario) -> Recorded:
     """Simulate a scenario, and return all of it.
 
     Raises
