@@ -62,15 +62,7 @@ _REPR.maxstring = _REPR.maxother = LENGTH_MAX
 
 
 def shown(value: object, length_max: int = LENGTH_MAX) -> object:
-    """Return a value short enough to print: scalars as they are, text cut, anything else as JSON.
-
-    Parameters
-    ----------
-    value : object
-        Anything, of any size and depth.
-    length_max : int
-        Most characters of a text.
-    """
+    """Return a value short enough to print: scalars as they are, text cut, the rest as JSON."""
     if isinstance(value, int) and value.bit_length() > _INTEGER_MAX:
         return f"a whole number of {value.bit_length()} bits"
     if value is None or isinstance(value, int | float):
@@ -169,13 +161,7 @@ class FieldError:
 
 
 class ConfigError(MotionLabError):
-    """Input that does not describe a scenario.
-
-    Parameters
-    ----------
-    errors : FieldError
-        Every field that was refused.
-    """
+    """Input that does not describe a scenario."""
 
     def __init__(self, *errors: FieldError) -> None:
         self.errors = errors
@@ -305,11 +291,6 @@ def needs(module: str) -> str:
 @contextlib.contextmanager
 def naming_extras(caller: str) -> Iterator[None]:
     """Name the extra that is missing, in a ``with`` block or as a decorator.
-
-    Parameters
-    ----------
-    caller : str
-        What needs it, for the message.
 
     Raises
     ------

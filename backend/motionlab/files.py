@@ -44,15 +44,6 @@ def opened(path: Path) -> BinaryIO:
 def replace(path: Path, content: bytes, *, mode: int = 0o600) -> None:
     """Write a file beside its place and move it there; makes its folder when it is missing.
 
-    Parameters
-    ----------
-    path : Path
-        The file's place.
-    content : bytes
-        All of it.
-    mode : int
-        Its permissions.
-
     Raises
     ------
     OSError

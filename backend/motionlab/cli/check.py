@@ -95,13 +95,7 @@ def _scenario(options: argparse.Namespace) -> Scenario:
 
 
 class Slower(dict[str, Any]):
-    """Changes of a trajectory by dotted path, with which it can be followed.
-
-    Attributes
-    ----------
-    stretch : float
-        How much longer its moves take.
-    """
+    """Changes of a trajectory by dotted path, with which it can be followed."""
 
     stretch = 1.0
 
@@ -114,13 +108,7 @@ class Slower(dict[str, Any]):
 
 
 def slower(scenario: Scenario) -> Slower | None:
-    """Return the changes that slow a trajectory until it can be followed; None if none does.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        With its trajectory, motor and controllers.
-    """
+    """Return the changes that slow a trajectory until it can be followed; None if none does."""
     from motionlab.config.changes import set_path
     from motionlab.config.load import epochs, validate_trajectory
     from motionlab.errors import ConfigError, Infeasible

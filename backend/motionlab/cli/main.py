@@ -117,13 +117,7 @@ def _reader_has_left() -> bool:
 
 
 def _parser(given: Sequence[str] = ()) -> argparse.ArgumentParser:
-    """Return the parser: of one command where the first word names it, or of all.
-
-    Parameters
-    ----------
-    given : sequence of str
-        What follows the program's name.
-    """
+    """Return the parser: of one command where the first word names it, or of all."""
     parser = Parser(
         prog="motionlab",
         description="A motion lab for planar switched reluctance motors.",

@@ -26,17 +26,6 @@ def check_output(path: str, *suffixes: str, overwrite: bool, loc: str = "--out")
 
     On a terminal the user is asked, elsewhere ``--overwrite`` is needed.
 
-    Parameters
-    ----------
-    path : str
-        The file.
-    suffixes : str
-        Endings that its name may have.
-    overwrite : bool
-        Whether to replace it without asking.
-    loc : str
-        Option that names it.
-
     Raises
     ------
     ConfigError

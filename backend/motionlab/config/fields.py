@@ -53,11 +53,6 @@ def fields_of(model: type[BaseModel]) -> dict[str, FieldEntry]:
     """Return every field of a model by its dotted path; mappings and lists count as one item, `*`.
 
     Of alternatives, such as the kinds of a trajectory, fields of one name are one entry.
-
-    Parameters
-    ----------
-    model : type
-        A config model, or the request of a study.
     """
     found: dict[str, FieldEntry] = {}
     _walk(model, "", "", found, {})
@@ -169,13 +164,7 @@ class FieldValue(NamedTuple):
 
 
 def values_of(model: BaseModel) -> Iterator[FieldValue]:
-    """Yield every field of a config with its value; lists of numbers are one field.
-
-    Parameters
-    ----------
-    model : BaseModel
-        A validated config, such as a scenario.
-    """
+    """Yield every field of a config with its value; lists of numbers are one field."""
     for name, info in type(model).model_fields.items():
         yield from _below(info.alias or name, getattr(model, name), info)
 

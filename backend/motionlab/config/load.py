@@ -46,11 +46,6 @@ def load_scenario(
         Dotted path to value, such as ``{"variants.B.controller.x.k_p": 312000.0}``; all are
         applied together, parts before what lies inside them, and then validated.
 
-    Returns
-    -------
-    Scenario
-        Fully resolved and validated.
-
     Raises
     ------
     ConfigError

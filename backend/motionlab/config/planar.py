@@ -88,11 +88,6 @@ PAIRS = (PlanarLength, PlanarVelocity, PlanarAcceleration, PlanarAngle)
 def refuse_repeats(points: Sequence[Point]) -> None:
     """Refuse equal neighbouring points: an edge needs a length; ``dwell`` makes a pause.
 
-    Parameters
-    ----------
-    points : sequence of Point
-        Points in the order of the visit.
-
     Raises
     ------
     ValueError

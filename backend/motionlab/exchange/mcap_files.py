@@ -99,17 +99,7 @@ def topics(columns: Sequence[str]) -> list[Topic]:
 
 
 def identifiers(names: Sequence[str], length_max: int = 63, taken: Iterable[str] = ()) -> list[str]:
-    """Return different identifiers of letters, digits and underscores for some names.
-
-    Parameters
-    ----------
-    names : sequence of str
-        Any texts.
-    length_max : int
-        Most characters of one.
-    taken : iterable of str
-        What must not be used.
-    """
+    """Return different identifiers of letters, digits and underscores for some names."""
     used, found = set(taken), []
     for name in names:
         plain = re.sub(r"[^A-Za-z0-9_]", "_", name)[:length_max]

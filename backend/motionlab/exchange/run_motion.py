@@ -19,13 +19,6 @@ _CHANNELS = ("position_reference", "position_measured", "position")
 def motion_of_run(run: str, loc: str) -> dict[str, Any]:
     """Return the commanded motion of a run, of a measurement without one the measured motion.
 
-    Parameters
-    ----------
-    run : str
-        Identifier or name.
-    loc : str
-        Field that errors name.
-
     Raises
     ------
     ConfigError

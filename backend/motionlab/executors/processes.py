@@ -19,13 +19,7 @@ from motionlab.executors.executor import Pool, WorkerLost
 
 
 class Processes(Pool):
-    """Worker processes, which end with this one.
-
-    Parameters
-    ----------
-    count : int
-        How many; each is started when there is a task for it.
-    """
+    """Worker processes, which end with this one."""
 
     def __init__(self, count: int) -> None:
         context = multiprocessing.get_context("spawn")

@@ -38,11 +38,6 @@ def is_told() -> bool:
 def tick_bar(ticks: int) -> Iterator[Callable[[int], Any] | None]:
     """Show a progress bar during a long run in a terminal or a notebook.
 
-    Parameters
-    ----------
-    ticks : int
-        Of the whole run.
-
     Yields
     ------
     callable or None
@@ -65,11 +60,6 @@ def tick_bar(ticks: int) -> Iterator[Callable[[int], Any] | None]:
 @contextlib.contextmanager
 def share_done(title: str) -> Iterator[Callable[[float], None]]:
     """Show the share of long work that is done: a bar, or a line every tenth.
-
-    Parameters
-    ----------
-    title : str
-        What the work is called.
 
     Yields
     ------

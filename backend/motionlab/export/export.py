@@ -69,11 +69,6 @@ def export_controller(
     seconds : float
         Longest test vectors, s.
 
-    Returns
-    -------
-    Export
-        What was written.
-
     Raises
     ------
     ConfigError

@@ -89,18 +89,6 @@ class Tables:
 def parameter_code(scenario: Scenario, variant: str) -> ParameterCode:
     """Return the parameters of a variant's controller at the start of a scenario as C.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Resolved scenario.
-    variant : str
-        One of its variants.
-
-    Returns
-    -------
-    ParameterCode
-        Every number as the shortest text that reads as the same double.
-
     Raises
     ------
     ConfigError

@@ -89,11 +89,6 @@ def export_plant(scenario: Scenario, path: Path) -> PlantExport:
     path : Path
         File to write, ``.fmu``.
 
-    Returns
-    -------
-    PlantExport
-        What was written.
-
     Raises
     ------
     ConfigError

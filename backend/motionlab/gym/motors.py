@@ -143,13 +143,6 @@ class Options:
 class Motors:
     """Motors of one scenario under actions, each in an episode of its own.
 
-    Parameters
-    ----------
-    count : int
-        How many.
-    options : Options
-        Scenario, actions, observations and reward.
-
     Attributes
     ----------
     observation, reward, over : ndarray

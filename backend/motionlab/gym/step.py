@@ -183,11 +183,6 @@ def advance(  # noqa: PLR0913, PLR0917 - a tuple of arrays takes longer to pass
         Overwritten: whether the episode terminated, and whether it was truncated.
     tables : ndarray or None
         As `motionlab.kernel.tick.tick` takes it.
-
-    Returns
-    -------
-    int
-        ENDED and TURNED, or neither.
     """
     width = unpack(PlantState, state[0], 0).p
     rows, seen = np.zeros((INPUT_ROWS, WIDTH)), np.empty((OBSERVED, WIDTH))

@@ -67,15 +67,6 @@ def gain_sets() -> TableDocuments[GainSet]:
 def measured(name: str, note: str, scenario: Scenario, values: dict[str, Any]) -> GainSet:
     """Return a set with the metrics and margins that a scenario has with it.
 
-    Parameters
-    ----------
-    name, note : str
-        What it is called, and what else is to be said.
-    scenario : Scenario
-        With the values in effect.
-    values : dict
-        Dotted path to value; each below the controller of a variant.
-
     Raises
     ------
     ConfigError

@@ -24,15 +24,7 @@ _LOG = logging.getLogger(__name__)
 
 
 class RecordStore:
-    """A folder of records; the oldest are deleted when there are too many.
-
-    Parameters
-    ----------
-    folder : Path
-        Made when the first record is kept.
-    files_max : int
-        How many are kept.
-    """
+    """A folder of records; the oldest are deleted when there are too many."""
 
     def __init__(self, folder: Path, *, files_max: int = FILES_MAX) -> None:
         self._folder = folder

@@ -147,17 +147,6 @@ class Library:
     ) -> RunDetail:
         """Keep a simulation as a run.
 
-        Parameters
-        ----------
-        prepared : Prepared
-            What was run.
-        recording : Recording
-            All of it.
-        result : dict
-            Its result document.
-        name : str
-            What it is called; the scenario's name when left out.
-
         Raises
         ------
         ConfigError
@@ -179,13 +168,6 @@ class Library:
     def keep_file(self, run: RunDetail, write: Callable[[str], None]) -> RunDetail:
         """Keep a run whose telemetry a function writes.
 
-        Parameters
-        ----------
-        run : RunDetail
-            All but duration, size, metrics and columns.
-        write : callable
-            Writes a Parquet file of the name that it is given.
-
         Raises
         ------
         StoreError
@@ -199,11 +181,6 @@ class Library:
 
     def finish(self, run_id: str) -> RunDetail | None:
         """Make a run of what a live session recorded.
-
-        Parameters
-        ----------
-        run_id : str
-            Its spool.
 
         Returns
         -------

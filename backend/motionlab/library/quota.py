@@ -20,17 +20,7 @@ _LOG = logging.getLogger(__name__)
 
 
 class Room:
-    """One quota for runs, what is being recorded and captures.
-
-    Parameters
-    ----------
-    index : Index
-        Of the runs.
-    spools : Path
-        Folder of what is being recorded.
-    remove : callable
-        Removes a run that is no longer listed.
-    """
+    """One quota for runs, what is being recorded and captures."""
 
     def __init__(self, index: Index, spools: Path, remove: Callable[[str], None]) -> None:
         self._index = index

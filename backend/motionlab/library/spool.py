@@ -38,17 +38,6 @@ _FURTHER = "samples-*.arrows"  # files of samples after the first, by the tick a
 class Spool:
     """The growing record of one live run; its lock says that its server is alive.
 
-    Parameters
-    ----------
-    root : Path
-        Folder of all spools.
-    run : RunDetail
-        What is known of it at its beginning.
-    channels : sequence of (str, Channel)
-        Its columns.
-    metadata : dict of str to str
-        For the schema of its telemetry.
-
     Raises
     ------
     OSError
@@ -181,13 +170,7 @@ class Spool:
         return True
 
     def end(self, *, complete: bool) -> None:
-        """Close it, so that it can be compacted.
-
-        Parameters
-        ----------
-        complete : bool
-            Whether everything has been written, with its gaps among the events.
-        """
+        """Close it, so that it can be compacted."""
         if complete:
             with contextlib.suppress(OSError):
                 (self.folder / _ENDED).touch()
@@ -310,15 +293,6 @@ def begun(root: Path, run_id: str) -> tuple[RunDetail, list[Event]]:
 
 def compact(root: Path, run_id: str, target: Path) -> int:
     """Write what a spool holds as Parquet; ticks that are missing become nulls.
-
-    Parameters
-    ----------
-    root : Path
-        Folder of all spools.
-    run_id : str
-        Which; claimed by the caller.
-    target : Path
-        File to write.
 
     Returns
     -------

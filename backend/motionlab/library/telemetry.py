@@ -36,11 +36,6 @@ def check_columns(
     period : float
         Time between samples, s.
 
-    Returns
-    -------
-    dict of str to MathChannel
-        The math channels by their texts.
-
     Raises
     ------
     ConfigError

@@ -89,13 +89,7 @@ class Pyramid(NamedTuple):
 
 
 class Pyramids:
-    """Pyramids of columns of runs, which never change, within a bound of bytes.
-
-    Parameters
-    ----------
-    most : int
-        Bytes that they take at most.
-    """
+    """Pyramids of columns of runs, which never change, within a bound of bytes."""
 
     def __init__(self, most: int = PYRAMIDS_MAX) -> None:
         self._most = most

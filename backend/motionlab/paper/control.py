@@ -124,11 +124,6 @@ def lyapunov(
     k_p, k_d : float
         Gains, N/m and N s/m.
 
-    Returns
-    -------
-    Lyapunov
-        With measured e and v, as in the controller, and true z.
-
     Raises
     ------
     ValueError

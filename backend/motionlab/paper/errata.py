@@ -334,12 +334,6 @@ RESULT_ERRATA = (force_data, force_limit, currents, lighter, citations, shapes)
 
 
 def errata(experiments: Experiments) -> list[Erratum]:
-    """Return every erratum, in the paper's order, computed anew.
-
-    Parameters
-    ----------
-    experiments : Experiments
-        Source of runs, map and sizing for the computations.
-    """
+    """Return every erratum, in the paper's order, computed anew."""
     builds = (*errata_design.ERRATA, *CONTROL_ERRATA, *RESULT_ERRATA)
     return [build(experiments) for build in builds]

@@ -44,17 +44,7 @@ _LONG = 100_000
 
 @dataclass(frozen=True)
 class Run:
-    """A scenario that was run.
-
-    Attributes
-    ----------
-    prepared : Prepared
-        What was run.
-    recording : Recording
-        Every channel.
-    document : dict
-        The result document.
-    """
+    """A scenario that was run."""
 
     prepared: Prepared
     recording: Recording
@@ -62,13 +52,7 @@ class Run:
 
 
 class Experiments:
-    """Experiments, computed on first use and cached.
-
-    Parameters
-    ----------
-    progress : callable, optional
-        Takes the share done of the present experiment.
-    """
+    """Experiments, computed on first use and cached."""
 
     def __init__(self, progress: Progress | None = None) -> None:
         self._progress = progress or (lambda share: None)

@@ -201,24 +201,7 @@ _SWITCH = 90.0
 def of_group(
     group: str, rows: Sequence[PrintedNumber], experiments: Experiments, *, whole: bool
 ) -> list[PaperFigure]:
-    """Return the figures of a group: all of them, or those that some rows are shown in.
-
-    Parameters
-    ----------
-    group : str
-        Identifier.
-    rows : sequence of PrintedNumber
-        Its rows that are computed.
-    experiments : Experiments
-        Experiments of the rows.
-    whole : bool
-        Whether every figure of the group is wanted.
-
-    Returns
-    -------
-    list of PaperFigure
-        One that cannot be drawn is left out: its rows state why.
-    """
+    """Return the figures of a group: all of them, or those that some rows are shown in."""
     if whole:
         builds = FIGURES.get(group, {})
     else:

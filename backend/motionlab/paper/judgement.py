@@ -160,11 +160,6 @@ FILE = Path(__file__).with_name("known_failures.toml")
 def known_failures(path: Path | None = None) -> Mapping[str, str]:
     """Return the reason why each known failure fails, by the row's identifier.
 
-    Parameters
-    ----------
-    path : Path, optional
-        Another file than the project's.
-
     Raises
     ------
     StoreError

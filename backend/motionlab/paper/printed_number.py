@@ -209,17 +209,7 @@ def from_run(
     changes: Mapping[str, Any] | None = None,
     others: Mapping[str, tuple[str, Mapping[str, Any], str | tuple[str, str]]] | None = None,
 ) -> RowSource:
-    """Return a computation that reads a number, or both ends of a range, from runs.
-
-    Parameters
-    ----------
-    scenario, changes
-        The run.
-    find : str or tuple of str
-        Path in its document.
-    others : mapping of str to tuple, optional
-        Label to scenario, changes and path of further values.
-    """
+    """Return a computation that reads a number, or both ends of a range, from runs."""
 
     def compute(experiments: Experiments) -> RowResult:
         document = experiments.run(scenario, changes or {}).document

@@ -71,11 +71,6 @@ _ROWS = (
 def quantities(only: Sequence[str] = ()) -> list[PrintedNumber]:
     """Return the printed numbers, group by group.
 
-    Parameters
-    ----------
-    only : sequence of str
-        Identifiers of rows or of groups; all rows when empty.
-
     Raises
     ------
     ConfigError

@@ -37,13 +37,6 @@ _PEAK = "max_abs_following_error"
 def spread_of(row: PrintedNumber, experiments: Experiments) -> RowSpread | None:
     """Return the Monte Carlo study's quantiles for a row.
 
-    Parameters
-    ----------
-    row : PrintedNumber
-        With or without a study.
-    experiments : Experiments
-        Runs it, once for each scenario.
-
     Returns
     -------
     RowSpread or None
@@ -101,11 +94,6 @@ def report(document: ReproduceDocument, *, colour: bool = False) -> str:
         From `motionlab.paper.reproduce.reproduce`.
     colour : bool
         Whether the words of the last column are coloured too, for a terminal.
-
-    Returns
-    -------
-    str
-        Several lines.
     """
     lines = []
     for group in document.groups:
@@ -339,19 +327,7 @@ def judged(
     known: Mapping[str, str],
     spread: RowSpread | None = None,
 ) -> JudgedRow:
-    """Return the judged row of a printed number and its computation.
-
-    Parameters
-    ----------
-    quantity : PrintedNumber
-        The printed number.
-    found : RowResult
-        Computed result; empty for a row that is not comparable.
-    known : mapping of str to str
-        Identifiers of known failures and their reasons.
-    spread : RowSpread, optional
-        The number over many plausible motors; it judges nothing.
-    """
+    """Return the judged row of a printed number and its computation."""
     held = better = None
     too_easy = ""
     if quantity.comparison != "none" and quantity.paper is not None and quantity.band is not None:

@@ -64,13 +64,6 @@ class Side(NamedTuple):
 def comparison_page(first: Side, second: Side, how: Comparing) -> bytes:
     """Return the report of a comparison as an HTML file.
 
-    Parameters
-    ----------
-    first, second : Side
-        Baseline and candidate.
-    how : Comparing
-        Alignment, interpolation and tolerances.
-
     Raises
     ------
     ConfigError

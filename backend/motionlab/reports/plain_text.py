@@ -29,15 +29,7 @@ def _escaped(letter: str) -> str:
 
 
 class PlainStream:
-    """A text stream that writes no control characters but styles of letters and line ends.
-
-    Parameters
-    ----------
-    stream : text stream
-        Where it writes.
-    styled : bool
-        Whether the program's own bold and colours may pass.
-    """
+    """A text stream that writes no control characters but styles of letters and line ends."""
 
     def __init__(self, stream: Any, *, styled: bool) -> None:
         self._stream = stream

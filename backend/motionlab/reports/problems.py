@@ -52,17 +52,7 @@ Kind = Literal[
 
 
 class ProblemType(NamedTuple):
-    """One type of problem.
-
-    Attributes
-    ----------
-    status : int
-        HTTP status.
-    title : str
-        The same for every problem of the type.
-    meaning : str
-        What has happened, and what helps.
-    """
+    """One type of problem."""
 
     status: int
     title: str

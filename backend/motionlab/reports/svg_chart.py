@@ -192,17 +192,7 @@ def legend_of(entries: Sequence[tuple[str, str]], width: float = WIDTH) -> tuple
 
 
 def axes(x: Axis, y: Axis, along: tuple[str, Scale], scale: Scale) -> Markup:
-    """Return grid, ticks, numbers and names of two axes.
-
-    Parameters
-    ----------
-    x, y : Axis
-        The axes.
-    along : tuple of str and Scale
-        Name and scale of the first.
-    scale : Scale
-        Of the second.
-    """
+    """Return grid, ticks, numbers and names of two axes."""
     left, right, bottom, top = x.begin, x.end, y.begin, y.end
     parts: list[Markup] = []
     most = max(2, round(_TICKS["x"] * (right - left) / (RIGHT - LEFT)))

@@ -41,13 +41,7 @@ _HALF_WIDTH = 0.095
 
 @dataclass(frozen=True)
 class Section:
-    """The section of one axis.
-
-    Attributes
-    ----------
-    axis : DrawnAxis
-        What is cut.
-    """
+    """The section of one axis."""
 
     axis: DrawnAxis
 

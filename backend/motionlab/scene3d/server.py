@@ -74,11 +74,6 @@ def open_server(start: SceneDescription) -> LabServer:
 class SceneServer:
     """Shows poses to every viewer.
 
-    Parameters
-    ----------
-    start : SceneDescription
-        What is shown.
-
     Attributes
     ----------
     forces : ndarray, shape (variants, 2, 2, 3)

@@ -22,19 +22,7 @@ _RESIZED = 0.03  # change of width over height from which on the camera is place
 
 
 class View:
-    """Everything that one viewer sees.
-
-    Parameters
-    ----------
-    client : viser.ClientHandle
-        The viewer.
-    name : str
-        By which it finds what it chose.
-    start : SceneDescription
-        What is shown.
-    settings : ViewSettings
-        What it chose.
-    """
+    """Everything that one viewer sees."""
 
     def __init__(
         self,

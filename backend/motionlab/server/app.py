@@ -235,18 +235,7 @@ def _moving(app: FastAPI) -> bool:
 
 
 def create_app(settings: Settings | None = None) -> FastAPI:
-    """Return the application.
-
-    Parameters
-    ----------
-    settings : Settings, optional
-        Token, hosts and bounds; loopback without a token when left out.
-
-    Returns
-    -------
-    FastAPI
-        Ready to be served.
-    """
+    """Return the application."""
     settings = settings or Settings()
 
     app = FastAPI(

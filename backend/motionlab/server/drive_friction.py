@@ -45,17 +45,7 @@ _DIFFERS = 0.1
 
 
 class FrictionStep:
-    """The step, for a server that records runs.
-
-    Parameters
-    ----------
-    drives : Drives
-        The drives.
-    sessions : Sessions
-        Of the server; the motion is one of them.
-    workers : Workers
-        Where the run is read.
-    """
+    """The step, for a server that records runs."""
 
     def __init__(self, drives: Drives, sessions: Sessions, workers: Workers) -> None:
         self._drives = drives

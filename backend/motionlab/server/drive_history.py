@@ -63,13 +63,7 @@ class _Moment(NamedTuple):
 
 
 class DriveHistory:
-    """Faults and timing of one link, noted a few times a second.
-
-    Parameters
-    ----------
-    link : DriveLink
-        The drives.
-    """
+    """Faults and timing of one link, noted a few times a second."""
 
     def __init__(self, link: DriveLink) -> None:
         self._faults: deque[PastFault] = deque(maxlen=_FAULTS_KEPT)

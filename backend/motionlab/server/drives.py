@@ -68,26 +68,7 @@ class RunningStep(BaseModel):
 
 
 class Drives:
-    """A drive link with its lease.
-
-    Parameters
-    ----------
-    config : DriveConfig
-        The link, as its file has it.
-
-    Attributes
-    ----------
-    link : DriveLink
-        The drives.
-    lease : Lease
-        Who may move them.
-    commissioning : Commissioning
-        Its steps and what they found.
-    running : RunningStep or None
-        A step with torque that goes on.
-    torque_steps : dict of str to callable
-        What each step with torque does, in a thread.
-    """
+    """A drive link with its lease."""
 
     def __init__(self, config: DriveConfig) -> None:
         self.commissioning = Commissioning(config, data_root() / "commissioning.json")

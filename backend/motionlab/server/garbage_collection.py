@@ -32,15 +32,7 @@ _LOG = logging.getLogger(__name__)
 
 
 class GarbageCollection:
-    """Collections of this process: small ones as they come, sweeps of everything at rest.
-
-    Parameters
-    ----------
-    moving : callable
-        Whether something moves that a person may want to stop.
-    held : callable
-        Bytes of sessions and recordings, which are no garbage.
-    """
+    """Collections of this process: small ones as they come, sweeps of everything at rest."""
 
     def __init__(self, moving: Callable[[], bool], held: Callable[[], int]) -> None:
         self._moving = moving

@@ -120,19 +120,6 @@ class Jobs:
 
     Every job has a record, from when it is accepted; in memory are only those that wait or run, and
     those whose end could not be recorded.
-
-    Parameters
-    ----------
-    settings : Settings
-        How many run at once, wait, and are kept in memory.
-    forks : Forks
-        Where processes come from.
-    memory : MemoryBudget
-        Memory for the jobs.
-    kernels : Kernels
-        Kernels of batches, which some jobs need.
-    records : RecordStore
-        Records of jobs, which outlive this process.
     """
 
     def __init__(

@@ -69,13 +69,6 @@ _UNREAD_MAX = 60_000  # ms after which a client that reads nothing at all is dis
 def serve(loaded: Loaded, *, opens: bool = False) -> None:
     """Serve until interrupted.
 
-    Parameters
-    ----------
-    loaded : Loaded
-        The settings.
-    opens : bool
-        Whether to open the page in the browser once the server answers.
-
     Raises
     ------
     ConfigError
@@ -213,15 +206,7 @@ def configuration(app: FastAPI, log_level: str = "warning") -> uvicorn.Config:
 
 
 class _Server(uvicorn.Server):
-    """A uvicorn server that ends within its grace period despite busy threads and clients.
-
-    Parameters
-    ----------
-    config : uvicorn.Config
-        What it serves.
-    page : str or None
-        Address that the browser opens once the server answers.
-    """
+    """A uvicorn server that ends within its grace period despite busy threads and clients."""
 
     def __init__(self, config: uvicorn.Config, page: str | None = None) -> None:
         super().__init__(config)

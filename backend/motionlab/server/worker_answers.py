@@ -30,15 +30,7 @@ _T = TypeVar("_T")
 
 
 class ComputedResponse(Response):
-    """Bytes that a worker has written, sent as fast as the client takes them.
-
-    Parameters
-    ----------
-    answer : CallResult
-        Its reserved memory is released at the end.
-    status_code, headers, media_type
-        As of any response.
-    """
+    """Bytes that a worker has written, sent as fast as the client takes them."""
 
     def __init__(
         self,

@@ -13,17 +13,7 @@ from motionlab.errors import ConfigError, FieldError
 
 
 def add_scenario(parser: argparse.ArgumentParser, what: str = "", *, shipped: str = "") -> None:
-    """Add the scenario, circle where none is given.
-
-    Parameters
-    ----------
-    parser : ArgumentParser
-        Of the command.
-    what : str
-        Begin of its help.
-    shipped : str
-        Names to list in its help.
-    """
+    """Add the scenario, circle where none is given."""
     parser.add_argument(
         "scenario",
         metavar="SCENARIO",

@@ -137,13 +137,6 @@ class Study:
     def plan(self, request: Mapping[str, Any], source: Source | None = None) -> Any:
         """Return the checked plan of a request.
 
-        Parameters
-        ----------
-        request : mapping
-            Its fields.
-        source : str, Path or dict, optional
-            The scenario in place of the request's, which is never a path.
-
         Raises
         ------
         ConfigError

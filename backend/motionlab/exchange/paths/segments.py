@@ -103,13 +103,7 @@ class Drawing:
 
 
 class Chain:
-    """Segments as arrays: places and directions at s, the number of a segment plus 0 to 1.
-
-    Parameters
-    ----------
-    segments : sequence of Segment
-        At least one.
-    """
+    """Segments as arrays: places and directions at s, the number of a segment plus 0 to 1."""
 
     def __init__(self, segments: Sequence[Segment]) -> None:
         n = len(segments)

@@ -118,11 +118,6 @@ def _function(name: str, texts: list[str], whole: str) -> str:
 class Sheet:
     """What style sheets hide, by simple selectors: an element, a class, an identifier.
 
-    Parameters
-    ----------
-    text : str
-        All style sheets of a document.
-
     Raises
     ------
     StyleError

@@ -42,11 +42,6 @@ class AccessLog:
     """ASGI middleware that logs requests: never their query, headers or body.
 
     Answers carry the line's identifier as ``X-Request-ID``: that of the request, where it has one.
-
-    Parameters
-    ----------
-    app : ASGI application
-        What answers.
     """
 
     def __init__(self, app: ASGIApp) -> None:
@@ -110,13 +105,7 @@ class AccessLog:
 
 
 class _Unknown:
-    """The lines of clients without the token: so many, and a count of the requests without one.
-
-    Parameters
-    ----------
-    note : callable
-        Says how many had none.
-    """
+    """A bounded number of lines for clients without the token, and a count of their requests."""
 
     def __init__(self, note: Callable[[int], None]) -> None:
         self._note = note

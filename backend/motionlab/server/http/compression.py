@@ -39,11 +39,6 @@ class CompressedJson:
 
     Streams, files and binary answers pass as they are: they are compact, come in pieces, or are
     compressed already.
-
-    Parameters
-    ----------
-    app : ASGI application
-        What answers.
     """
 
     def __init__(self, app: ASGIApp) -> None:

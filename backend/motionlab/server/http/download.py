@@ -79,19 +79,7 @@ def remove_leftovers(root: Path) -> None:
 
 
 class Download(Response):
-    """Sends a file; a client that reads it too slowly is cut off.
-
-    Parameters
-    ----------
-    file : file object
-        What is sent; closed when the answer is over.
-    media_type : str
-        Its content type.
-    headers : dict
-        Further headers.
-    held : AsyncExitStack
-        Resources held until the answer has been sent: a place, memory.
-    """
+    """Sends a file; a client that reads it too slowly is cut off."""
 
     def __init__(
         self,

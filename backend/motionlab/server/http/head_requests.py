@@ -6,13 +6,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 
 class Heads:
-    """ASGI middleware that answers HEAD as GET is answered, without the content (RFC 9110, 9.3.2).
-
-    Parameters
-    ----------
-    app : ASGI application
-        Sees a GET in its place.
-    """
+    """ASGI middleware that answers HEAD as GET, without the content (RFC 9110, 9.3.2)."""
 
     def __init__(self, app: ASGIApp) -> None:
         self.app = app

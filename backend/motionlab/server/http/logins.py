@@ -64,11 +64,6 @@ class Logins:
     The key comes from the token and a secret of this process: another token, another server and a
     restart end every log-in. Expiries count on the monotonic clock.
 
-    Parameters
-    ----------
-    token : str or None
-        What browsers present to log in.
-
     Attributes
     ----------
     attempts : Attempts

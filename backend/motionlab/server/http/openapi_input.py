@@ -38,13 +38,7 @@ def examples(*bodies: dict[str, Any]) -> ConfigDict:
 
 
 class Paths:
-    """Describes the keys of a mapping of dotted paths to values.
-
-    Parameters
-    ----------
-    *roots : str
-        What a path can begin with.
-    """
+    """Describes the keys of a mapping of dotted paths to values."""
 
     def __init__(self, *roots: str) -> None:
         self.pattern = rf"^({'|'.join(roots)})(\.[A-Za-z0-9_-]+)*$"
@@ -98,13 +92,7 @@ class ScenarioSource:
 
 
 class DescribedTable:
-    """Describes a table as a model whose own parser checks it, naming field, unit and range.
-
-    Parameters
-    ----------
-    model : type
-        What the parser makes of the table.
-    """
+    """Describes a table as a model whose own parser checks it, naming field, unit and range."""
 
     def __init__(self, model: type[BaseModel]) -> None:
         self._model = model

@@ -56,15 +56,6 @@ class Guard:
     A page of another site can make a browser send requests here. Checking Host defeats DNS
     rebinding, where Origin and Host agree on a foreign name; checking Origin on writes and on
     websockets defeats the rest. Scripts send no Origin and are not hindered.
-
-    Parameters
-    ----------
-    app : ASGI application
-        What is guarded.
-    settings : Settings
-        Hosts, token and bounds.
-    logins : Logins
-        Log-ins of browsers.
     """
 
     def __init__(self, app: ASGIApp, settings: Settings, logins: Logins) -> None:

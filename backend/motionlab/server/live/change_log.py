@@ -13,18 +13,7 @@ CHANGES_MAX = 100
 
 
 class ChangeLog:
-    """The changes of a session.
-
-    Parameters
-    ----------
-    start : Scenario
-        The scenario before the changes.
-
-    Attributes
-    ----------
-    latest : tuple of Change
-        Oldest first.
-    """
+    """The changes of a session."""
 
     def __init__(self, start: Scenario) -> None:
         self.latest: tuple[Change, ...] = ()

@@ -31,24 +31,7 @@ def path_of(recording: Recording, simulation: Machine) -> ReferencePath:
 
 
 class History:
-    """Recent samples and metrics of a session.
-
-    Parameters
-    ----------
-    variants : list of str
-        Their names.
-
-    Attributes
-    ----------
-    columns : list of (str, Channel)
-        Name and channel of each column of the ring.
-    rows : dict of str to int
-        Row of each column, by its name.
-    columns_json : str
-        The columns as a stream announces them.
-    ring : Ring
-        The samples.
-    """
+    """Recent samples and metrics of a session."""
 
     def __init__(self, variants: list[str]) -> None:
         self.columns = stream_columns(variants)

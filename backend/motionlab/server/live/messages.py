@@ -121,13 +121,7 @@ def schemas() -> dict[str, Any]:
 
 
 def asyncapi(version: str) -> dict[str, Any]:
-    """Return the AsyncAPI document of the stream.
-
-    Parameters
-    ----------
-    version : str
-        Version of the project.
-    """
+    """Return the AsyncAPI document of the stream."""
     frame = {
         "name": "frame",
         "contentType": "application/octet-stream",

@@ -54,15 +54,7 @@ _LOG = logging.getLogger(__name__)
 
 
 class RunRecorder:
-    """Writes the recordings of all sessions, and has them kept as runs.
-
-    Parameters
-    ----------
-    root : Path
-        Folder of the data.
-    workers : Workers
-        Where the index is written and recordings are compacted.
-    """
+    """Writes the recordings of all sessions, and has them kept as runs."""
 
     def __init__(self, root: Path, workers: Workers) -> None:
         self._root = root

@@ -258,11 +258,6 @@ class Session:
         changes : mapping of str to value
             Dotted path to value, as with ``--set``.
 
-        Returns
-        -------
-        int
-            The first tick at which they hold.
-
         Raises
         ------
         ConfigError

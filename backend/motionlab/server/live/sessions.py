@@ -30,22 +30,7 @@ S = TypeVar("S", bound=Session)
 
 
 class Sessions:
-    """All live sessions.
-
-    Parameters
-    ----------
-    most : int
-        Sessions that may live at once.
-    memory : MemoryBudget
-        Memory for the sessions.
-    recorder : RunRecorder, optional
-        Records them.
-
-    Attributes
-    ----------
-    threads : Executor
-        Where the slow work of sessions is done.
-    """
+    """All live sessions."""
 
     def __init__(
         self, *, most: int, memory: MemoryBudget, recorder: RunRecorder | None = None
@@ -59,11 +44,6 @@ class Sessions:
 
     async def create(self, prepare: Callable[[], Prepared]) -> Session:
         """Create a session, in the place of one long idle if need be, or answer 429.
-
-        Parameters
-        ----------
-        prepare : callable
-            Returns the scenario, checked; called in a thread.
 
         Raises
         ------

@@ -14,15 +14,7 @@ _YIELD_MOST = 0.005  # s, between two slices
 
 
 class SliceLock:
-    """A lock for which the event loop never blocks, and which threads hand over between slices.
-
-    Attributes
-    ----------
-    slice : Lock
-        Held while a thread advances the session.
-    waiting : int
-        Commands that want it.
-    """
+    """A lock that never blocks the event loop, and that threads hand over between slices."""
 
     def __init__(self) -> None:
         self.slice = threading.Lock()

@@ -26,15 +26,7 @@ _LOG = logging.getLogger(__name__)
 
 
 class Scenes:
-    """All scenes.
-
-    Parameters
-    ----------
-    most : int
-        Scenes that may be shown at once.
-    command : sequence of str, optional
-        What starts a scene's process.
-    """
+    """All scenes."""
 
     def __init__(self, *, most: int, command: Sequence[str] = COMMAND) -> None:
         self._most = most

@@ -98,17 +98,7 @@ async def _get(scene: Scene, asked: str) -> tuple[int, Headers, bytes]:
 
 
 async def carry(websocket: WebSocket, scene: Scene, viewer: str = "") -> None:
-    """Carry one viewer's websocket until either side ends it.
-
-    Parameters
-    ----------
-    websocket : WebSocket
-        Of the viewer.
-    scene : Scene
-        What it watches.
-    viewer : str, optional
-        Name by which the process finds what it chose.
-    """
+    """Carry one viewer's websocket until either side ends it."""
     offered = [Subprotocol(name) for name in websocket.scope.get("subprotocols", [])]
     try:
         upstream = await _connect(scene, viewer, offered)

@@ -26,13 +26,7 @@ _CHUNK = 1 << 18
 
 
 class Contents:
-    """Bytes that a worker has written, in a file that only lives in memory.
-
-    Parameters
-    ----------
-    descriptor : int
-        Of the file; closed with this object.
-    """
+    """Bytes that a worker has written, in a file that only lives in memory."""
 
     def __init__(self, descriptor: int) -> None:
         self._file = os.fdopen(descriptor, "rb", buffering=0)

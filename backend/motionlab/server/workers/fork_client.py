@@ -275,15 +275,7 @@ class Worker:
 def start_forkserver(
     control: socket.socket, environment: dict[str, str]
 ) -> subprocess.Popen[bytes]:
-    """Start a fork server that ends with this thread.
-
-    Parameters
-    ----------
-    control : socket.socket
-        Its end of the connection.
-    environment : dict of str
-        Its environment.
-    """
+    """Start a fork server that ends with this thread."""
     return subprocess.Popen(
         (*_COMMAND, str(control.fileno()), str(os.getpid())),
         stdin=subprocess.DEVNULL,
@@ -295,13 +287,7 @@ def start_forkserver(
 
 
 class Forks:
-    """The fork server, started again when it ends.
-
-    Parameters
-    ----------
-    memory : MemoryBudget
-        Memory for the workers' calls.
-    """
+    """The fork server, started again when it ends."""
 
     def __init__(self, memory: MemoryBudget) -> None:
         self.settled = asyncio.Event()

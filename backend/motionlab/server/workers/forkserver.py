@@ -28,13 +28,7 @@ _LOG = logging.getLogger(__name__)
 
 
 class ForkServer:
-    """Forks workers, ends them, and reports how they ended.
-
-    Parameters
-    ----------
-    control : socket.socket
-        Leads to the server, and ends with it.
-    """
+    """Forks workers, ends them, and reports how they ended."""
 
     def __init__(self, control: socket.socket) -> None:
         self._control = control

@@ -69,19 +69,7 @@ Source = str | Path | dict[str, Any]
 
 @dataclass(frozen=True)
 class Experiment:
-    """An identification that has passed every check.
-
-    Attributes
-    ----------
-    request : IdentifyRequest
-        As validated.
-    source : str, Path or dict
-        The scenario as given.
-    rig : Rig
-        Motor and loop.
-    motions : dict of str to list of UniformMotion
-        Uniform motions of each axis.
-    """
+    """An identification that has passed every check."""
 
     request: IdentifyRequest
     source: Source
@@ -101,13 +89,6 @@ class Experiment:
 
 def plan(request: IdentifyRequest, source: Source | None = None) -> Experiment:
     """Return the checked experiment of a request.
-
-    Parameters
-    ----------
-    request : IdentifyRequest
-        Validated request.
-    source : str, Path or dict, optional
-        The scenario in place of the request's, which is never a path.
 
     Raises
     ------
@@ -145,11 +126,6 @@ def plan_document(experiment: Experiment, simulated_time_max: float) -> PlanDocu
         From `plan`.
     simulated_time_max : float
         Longest of one request, s.
-
-    Returns
-    -------
-    PlanDocument
-        Motions of each axis, and the time of all.
     """
     rig, options = experiment.rig, experiment.request.presliding
     ticks, ramps = experiment.ticks, 0
@@ -217,11 +193,6 @@ def identify(experiment: Experiment, progress: Progress | None = None) -> Identi
         From `motionlab.studies.identify.experiment.plan`.
     progress : callable, optional
         Called with the share done, and with the points whenever there are new ones.
-
-    Returns
-    -------
-    IdentificationDocument
-        The same bits for the same request on the same machine.
 
     Raises
     ------

@@ -230,11 +230,6 @@ def fit_sliding(
         Motion, there and back, of each: errors of one motion may be correlated.
     time : ndarray, shape (n,), optional
         Averaging time of each mean, in any unit, as its weight. Left out: equal weights.
-
-    Returns
-    -------
-    Fitted
-        Forces in the newtons of `force`.
     """
     names = ("F_c", "F_s", "v_s", "sigma_2", "f_0")
     low = np.array([_SMALLEST_FORCE, _SMALLEST_FORCE, _LOWEST_V_S, 0.0, -np.inf])

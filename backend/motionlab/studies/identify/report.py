@@ -58,21 +58,7 @@ _NEAR_ZERO = 0.5
 
 @dataclass(frozen=True)
 class AxisEstimate:
-    """Results of the experiment on one axis.
-
-    Attributes
-    ----------
-    points : list of Point
-        Means of the uniform motions.
-    sliding : Fitted
-        Fit to them.
-    presliding : Fitted or None
-        Fit to the force ramps.
-    ramps : list of ForceRamp
-        Mean responses to them.
-    warnings : list of str
-        Problems of the measurements.
-    """
+    """Results of the experiment on one axis."""
 
     points: list[Point]
     sliding: Fitted
@@ -193,11 +179,6 @@ def report(document: IdentificationDocument) -> str:
     ----------
     found : IdentificationDocument
         From `motionlab.studies.identify.experiment.identify`.
-
-    Returns
-    -------
-    str
-        Several lines.
     """
     lines = [
         f"{document.plant} motor, gains and force map of {document.variant}, seed {document.seed}: "

@@ -33,17 +33,7 @@ _ONLY = "A"
 
 @dataclass(frozen=True)
 class Rig:
-    """Motor and controller of an experiment.
-
-    Attributes
-    ----------
-    scenario : Scenario
-        Motor, constant load and noise; steps and schedule are not used.
-    variant : str
-        Variant whose gains, limits and force map drive the motor.
-    apply_to : str
-        Variant whose friction model is identified.
-    """
+    """Motor and controller of an experiment."""
 
     scenario: Scenario
     variant: str
@@ -153,17 +143,7 @@ def compare_models(
     changes: Mapping[str, Any],
     identified: Mapping[str, float],
 ) -> ResultDocument:
-    """Return the result document of the circle with the old model (A) and the new one (B).
-
-    Parameters
-    ----------
-    rig : Rig
-        Motor, and the variant whose model is compared.
-    source : str, Path or dict
-        The scenario as given.
-    given, found : mapping
-        Changes of the request, and those that the identification adds.
-    """
+    """Return the result document of the circle with the old model (A) and the new one (B)."""
     new = load_scenario(source, {**changes, **identified})
     scenario = rig.scenario.model_copy(
         update={

@@ -61,13 +61,6 @@ class AccuracyDocument(_Document):
 def accuracy(request: AxisRequest, scenario: Scenario) -> AccuracyDocument:
     """Return eqs (39) to (42) for one axis, and simulated errors.
 
-    Parameters
-    ----------
-    request : AxisRequest
-        Which variant and axis.
-    scenario : Scenario
-        As loaded from it; its schedule is left out.
-
     Raises
     ------
     ConfigError, Infeasible

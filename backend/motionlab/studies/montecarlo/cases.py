@@ -98,13 +98,6 @@ class MonteCarloPlan:
 def plan(request: MonteCarloRequest, source: Source | None = None) -> MonteCarloPlan:
     """Return the checked plan of a request.
 
-    Parameters
-    ----------
-    request : MonteCarloRequest
-        Validated request.
-    source : str, Path or dict, optional
-        The scenario in place of the request's, which is never a path.
-
     Raises
     ------
     ConfigError
@@ -143,11 +136,6 @@ def run_cases(
         From `plan`.
     progress : callable, optional
         Takes the share done; what it raises ends the study.
-
-    Returns
-    -------
-    MonteCarloDocument
-        The same bits for the same request on the same machine.
 
     Raises
     ------

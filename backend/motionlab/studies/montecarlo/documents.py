@@ -308,11 +308,6 @@ def report(document: MonteCarloDocument) -> str:
     ----------
     found : MonteCarloDocument
         From `motionlab.studies.montecarlo.cases.study`.
-
-    Returns
-    -------
-    str
-        Several lines.
     """
     lines = [
         f"{document.scenario}, {document.cases} plants around {document.plant}, "

@@ -26,22 +26,6 @@ def draw(
     number is keyed by seed, path and axis. A stiction drawn below the Coulomb friction is raised to
     it.
 
-    Parameters
-    ----------
-    plant : dict
-        Tables of the plant that the cases are around.
-    vary : sequence of Variation
-        How they differ.
-    cases : int
-        How many.
-    seed : int
-        Seed of all draws.
-
-    Returns
-    -------
-    list of dict
-        Of each case, dotted path to value.
-
     Raises
     ------
     ConfigError

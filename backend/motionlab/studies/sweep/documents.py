@@ -64,11 +64,6 @@ class Dimension(Config):
     def points(self, *, whole: bool = False) -> list[Any]:
         """Return the values, in order.
 
-        Parameters
-        ----------
-        whole : bool
-            Whether the field takes whole numbers: those of a range become integers.
-
         Raises
         ------
         ValueError

@@ -74,13 +74,6 @@ def plan(request: SweepRequest, source: Source | None = None) -> SweepPlan:
     Of a grid each listed value and both ends of each range are checked without the other fields,
     of a list each row; the motion of each case is planned, but not sampled.
 
-    Parameters
-    ----------
-    request : SweepRequest
-        As validated.
-    source : str, Path or dict, optional
-        The scenario in place of the request's.
-
     Raises
     ------
     ConfigError

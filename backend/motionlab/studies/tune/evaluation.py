@@ -173,15 +173,7 @@ SCALES: dict[Metric, float] = {
 
 
 def cost(objective: Mapping[Metric, float], metrics: Mapping[str, Values]) -> Values:
-    """Return ``sum w m/unit`` over the metrics of an objective; infinite after a divergence.
-
-    Parameters
-    ----------
-    objective : mapping
-        Weight of each metric.
-    metrics : mapping of str to float or ndarray
-        Of one axis under one set of gains, or under many.
-    """
+    """Return ``sum w m/unit`` over the metrics of an objective; infinite after a divergence."""
     terms = [weight * metrics[name] / SCALES[name] for name, weight in objective.items()]
     return sum(terms[1:], start=terms[0])
 
@@ -277,15 +269,7 @@ class Verdict:
 
 
 def of_loops(group: Group, values: dict[str, float]) -> Verdict:
-    """Return the verdict on the linearised loops under a set of gains, before it is tried.
-
-    Parameters
-    ----------
-    group : Group
-        Axes that it is for.
-    values : dict of str to float
-        Its numbers, by path below the controller.
-    """
+    """Return the verdict on the linearised loops under a set of gains, before it is tried."""
     limits = group.request.constraints
     return Verdict(
         cost=math.nan,

@@ -153,11 +153,6 @@ class TrialSetup:
             Takes the share done; what it raises ends the work.
         threads : int, optional
             How many threads to use; one for each core when left out.
-
-        Returns
-        -------
-        dict of str to ndarray
-            Keys of `METRICS`, infinite where an axis diverged.
         """
         one = np.array(mover_parameters(self.scenario, controller)).T
         movers = np.repeat(one[None], len(k_p), axis=0)
@@ -246,13 +241,6 @@ class TuningProblem:
 
 def plan(request: TuneRequest | LandscapeRequest, source: Source | None = None) -> TuningProblem:
     """Return the validated tuning problem of a request.
-
-    Parameters
-    ----------
-    request : TuneRequest or LandscapeRequest
-        Validated request.
-    source : str, Path or mapping, optional
-        The scenario in place of the request's, which is never a path.
 
     Raises
     ------

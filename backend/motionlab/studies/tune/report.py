@@ -33,23 +33,7 @@ def candidate(  # noqa: PLR0913, PLR0917 - a set of gains and what is known of i
     origin: Literal["present", "paper", "start"],
     start: int | None = None,
 ) -> Candidate:
-    """Return a set of gains with its metrics and margins on each motor and the verdict on it.
-
-    Parameters
-    ----------
-    group : Group
-        Axes that it is for.
-    values : dict of str to float
-        Its numbers, by path below the controller.
-    tried : dict
-        Outcomes of its trials.
-    verdict : Verdict
-        Verdict on it.
-    origin : str
-        Its origin.
-    start : int, optional
-        Which start led to it.
-    """
+    """Return a set of gains with its metrics and margins on each motor and the verdict on it."""
     problem = group.problem
     return Candidate(
         origin=origin,
@@ -110,11 +94,6 @@ def report(document: TuneDocument) -> str:
     ----------
     found : TuneDocument
         From `motionlab.studies.tune.search.tune`.
-
-    Returns
-    -------
-    str
-        Several lines.
     """
     objective = " + ".join(
         metric if weight == 1.0 else f"{weight:g} {metric}"
@@ -180,11 +159,6 @@ class WorstMotor(NamedTuple):
 
 def worst_of(tuned: TunedAxis) -> dict[str, WorstMotor]:
     """Return the worst of each quantity over the motors, with the motor.
-
-    Parameters
-    ----------
-    tuned : TunedAxis
-        One axis of a candidate.
 
     Returns
     -------

@@ -129,11 +129,6 @@ def search(
         Values of the points of all waiting starts. What it raises ends all.
     evaluations : int
         Largest number for one start.
-
-    Returns
-    -------
-    list of SearchEnd
-        In the order of `starts`.
     """
     meeting = _Meeting(len(starts), evaluate)
     ended: dict[int, SearchEnd] = {}
@@ -219,11 +214,6 @@ def tune(problem: TuningProblem, progress: Progress | None = None) -> TuneDocume
     progress : callable, optional
         Called with the share done and now and then with the starts so far; what it raises ends the
         search.
-
-    Returns
-    -------
-    TuneDocument
-        The same for the same request on the same machine.
     """
     return _Search(problem, progress or (lambda _share, _partial: None)).run()
 

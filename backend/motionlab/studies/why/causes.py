@@ -255,17 +255,7 @@ def knobs(scenario: Scenario, variant: str, axis: str) -> list[Knob]:
 
 
 def trials(knob: Knob, values: dict[str, float], steps: int = _STEPS) -> list[Trial]:
-    """Return changes of a knob, up and down, evenly spaced in the logarithm of their factor.
-
-    Parameters
-    ----------
-    knob : Knob
-        What is changed.
-    values : dict of str to float
-        Present value of each of its paths.
-    steps : int
-        How many either way.
-    """
+    """Return changes of a knob, up and down, evenly spaced in the logarithm of their factor."""
     if not knob.paths:
         return [Trial(knob, None, knob.switch)]
     if all(values[path] == 0.0 for path in knob.paths):

@@ -60,19 +60,7 @@ _SAME = 1e-6
 
 @dataclass(frozen=True)
 class WhyPlan:
-    """A peak to explain, checked.
-
-    Attributes
-    ----------
-    request : WhyRequest
-        As validated.
-    base : Prepared
-        The scenario with the one variant.
-    variant : str
-        Whose error.
-    axes : tuple of str
-        Axes on which the peak may be.
-    """
+    """A peak to explain, checked."""
 
     request: WhyRequest
     base: Prepared

@@ -58,15 +58,6 @@ def fitted_motor(
     gets that map too: with a thrust `k` times the map's, ``k F = M a + f`` and ``F = (M a + f)/k``
     are one motion.
 
-    Parameters
-    ----------
-    experiment : RecordExperiment
-        What was read; a measurement has the motor of the request's scenario.
-    fits : mapping of str to RecordFit
-        By axis.
-    columns : Columns
-        Of the run.
-
     Returns
     -------
     Motor or None

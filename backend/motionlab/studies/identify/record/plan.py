@@ -139,13 +139,6 @@ class RecordExperiment:
 def plan_record(request: IdentifyRequest, source: Source | None = None) -> RecordExperiment:
     """Return the checked identification from a run.
 
-    Parameters
-    ----------
-    request : IdentifyRequest
-        With a run.
-    source : str, Path or dict, optional
-        The scenario in place of the request's.
-
     Raises
     ------
     ConfigError
