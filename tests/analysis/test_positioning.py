@@ -9,7 +9,12 @@ import numpy as np
 import pytest
 
 from motionlab.analysis import positioning as numbers
-from motionlab.analysis.views.positioning import OVERRUN, PositioningCycle, cycled, positioning
+from motionlab.analysis.views.positioning import (
+    OVERRUN,
+    PositioningCycle,
+    measured_scenario,
+    positioning,
+)
 from motionlab.config.load import load_scenario
 from motionlab.errors import ConfigError
 from motionlab.library.recorded import of_recording
@@ -88,10 +93,10 @@ def test_a_cycle_under_friction_equals_its_samples() -> None:
     """A stops short by its friction over k_p: a reversal value; the laser sees what it does."""
     asked = PositioningCycle(axis="x", targets=3, runs=2, dwell=0.3, low=-0.01, high=0.01)
     scenario = load_scenario("circle", {"plant.x.encoder.sde_amplitude": 1e-6})
-    prepared = prepare(cycled(scenario, asked))
+    prepared = prepare(measured_scenario(scenario, asked))
     recording = run(prepared)
     recorded = of_recording(recording, prepared, 0, prepared.reference.ticks)
-    found = positioning(recorded, asked, simulated=True)
+    found = positioning(recorded, asked)
     assert (found.axis, found.instrument, found.simulated) == ("x", "true", True)
     assert found.resolution == pytest.approx(2.0**-30)  # single precision at 10 mm
 
@@ -111,7 +116,7 @@ def test_a_cycle_under_friction_equals_its_samples() -> None:
     assert a.B > 20e-6 > 10 * b.B
 
     encoder = asked.model_copy(update={"instrument": "encoder"})
-    other = positioning(recorded, encoder, simulated=True).variants["B"].targets[1]
+    other = positioning(recorded, encoder).variants["B"].targets[1]
     error = recorded.needed("B.x.following_error")
     assert other.up[0] == pytest.approx(-error[ends[0] - 200 : ends[0]].mean(), abs=1e-12)
     assert abs(other.mean_up - shown.mean_up) > 50e-9  # it does not see its own error
@@ -123,6 +128,6 @@ def test_a_cycle_under_friction_equals_its_samples() -> None:
 )
 def test_a_cycle_that_does_not_fit_is_refused_by_name(change: dict[str, float], named: str) -> None:
     with pytest.raises(ConfigError) as caught:
-        cycled(load_scenario("circle", {}), PositioningCycle().model_copy(update=change))
+        measured_scenario(load_scenario("circle", {}), PositioningCycle().model_copy(update=change))
     assert [error.loc for error in caught.value.errors] == [named]
     assert OVERRUN == 2e-3

@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from motionlab.analysis.views.positioning import PositioningCycle, cycled, positioning
+from motionlab.analysis.views.positioning import PositioningCycle, measured_scenario, positioning
 from motionlab.cli import main
 from motionlab.config.load import load_scenario
 from motionlab.library.recorded import of_recording
@@ -23,9 +23,9 @@ def test_a_test_cycle_is_the_one_that_is_asked_for(capsys: pytest.CaptureFixture
     found = json.loads(capsys.readouterr().out)
     asked = PositioningCycle.model_validate(CYCLE | {"instrument": "encoder"})
     changes = {"variants.A.controller.x.k_p": 150_000.0}
-    prepared = prepare(cycled(load_scenario("circle-matched", changes), asked))
+    prepared = prepare(measured_scenario(load_scenario("circle-matched", changes), asked))
     recorded = of_recording(run(prepared), prepared, 0, prepared.reference.ticks)
-    assert found == positioning(recorded, asked, simulated=True).model_dump(mode="json")
+    assert found == positioning(recorded, asked).model_dump(mode="json")
     targets = found["variants"]["B"]["targets"]
     assert [targets[0]["place"], targets[-1]["place"]] == [-0.01, 0.02]
     assert len(targets) == 3

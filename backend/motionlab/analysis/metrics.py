@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,15 +32,94 @@ _ROUNDING = 1e-12
 """Below a picometre a move or an error at rest is rounding, m."""
 
 
+class Hold(NamedTuple):
+    """A standstill after a move of one axis: ticks from the window's start, length of the move."""
+
+    start: int
+    end: int
+    move: float
+
+
+class ErrorWindow(NamedTuple):
+    """The following error of one axis over a window, shape (ticks,), m, and its holds.
+
+    A move counts as settled below `settling_band`, m.
+    """
+
+    error: Array
+    holds: list[Hold]
+    settling_band: float
+
+
 @dataclass(frozen=True)
 class Definition:
-    """Unit, meaning, formula and name on the screen of a metric; `$` stands for the axis."""
+    """A metric: unit, meaning, formula, name on the screen, and its computation.
+
+    Attributes
+    ----------
+    unit : str
+        SI.
+    meaning, formula, label : str
+        `$` of the label stands for the axis.
+    lower_is_better : bool
+        Whether a comparison calls less an improvement.
+    compute : callable, optional
+        From an `ErrorWindow` to the value, or None where there is none. Left out, it is a running
+        sum or extreme that the kernel keeps (`motionlab.kernel.accumulator.tally_metrics`).
+    of_holds : bool
+        Whether `compute` needs holds: without any, the error is not even kept.
+    rank : str
+        Whether tables show it at once, on demand, or not.
+    scale : str
+        Metrics of one scale are shown in one unit.
+    """
 
     unit: str
     meaning: str
     formula: str
     label: str = ""
     lower_is_better: bool = False
+    compute: Callable[[ErrorWindow], float | None] | None = None
+    of_holds: bool = True
+    rank: Literal["main", "other", "hidden"] = "other"
+    scale: str = ""
+
+
+def _steady_state_error(window: ErrorWindow) -> float | None:
+    tails = [window.error[b - max(1, round(STEADY_TAIL * (b - a))) : b] for a, b, _ in window.holds]
+    return max((_peak(tail) for tail in tails), default=None)
+
+
+def _settling_time(window: ErrorWindow) -> float | None:
+    longest = None
+    for a, b, _ in window.holds:
+        outside = np.flatnonzero(np.abs(window.error[a:b]) > window.settling_band)
+        ticks = int(outside[-1]) + 1 if len(outside) else 0
+        if ticks == b - a:
+            return None
+        longest = max(longest or 0.0, ticks * CONTROL_PERIOD)
+    return longest
+
+
+def _overshoot(window: ErrorWindow) -> float | None:
+    return max((distance for distance, _ in _excursions(window)), default=None)
+
+
+def _relative_overshoot(window: ErrorWindow) -> float | None:
+    return max((distance / move for distance, move in _excursions(window)), default=None)
+
+
+def _excursions(window: ErrorWindow) -> list[tuple[float, float]]:
+    """Return how far each hold went past its target, and the length of its move, m."""
+    return [
+        (max(0.0, float((-np.sign(move) * window.error[a:b]).max())), abs(move))
+        for a, b, move in window.holds
+        if abs(move) > _ROUNDING
+    ]
+
+
+def _peak(values: Array) -> float:
+    return float(np.abs(values).max())
 
 
 DEFINITIONS: dict[str, Definition] = {
@@ -49,14 +129,38 @@ DEFINITIONS: dict[str, Definition] = {
         "max abs(e)",
         "max |e_$|",
         lower_is_better=True,
+        rank="main",
+        scale="following",
     ),
-    "min_following_error": Definition("m", "lower end of the range of e", "min e", "min e_$"),
-    "max_following_error": Definition("m", "upper end of the range of e", "max e", "max e_$"),
+    "min_following_error": Definition(
+        "m",
+        "lower end of the range of e",
+        "min e",
+        "min e_$",
+        rank="hidden",
+    ),
+    "max_following_error": Definition(
+        "m",
+        "upper end of the range of e",
+        "max e",
+        "max e_$",
+        rank="hidden",
+    ),
     "mean_following_error": Definition(
-        "m", "mean of e over the N ticks of the window", "sum(e)/N", "mean e_$"
+        "m",
+        "mean of e over the N ticks of the window",
+        "sum(e)/N",
+        "mean e_$",
+        rank="hidden",
     ),
     "rms_following_error": Definition(
-        "m", "root mean square of e", "sqrt(sum(e^2)/N)", "RMS e_$", lower_is_better=True
+        "m",
+        "root mean square of e",
+        "sqrt(sum(e^2)/N)",
+        "RMS e_$",
+        lower_is_better=True,
+        rank="main",
+        scale="following",
     ),
     "itae": Definition(
         "m s^2",
@@ -71,6 +175,7 @@ DEFINITIONS: dict[str, Definition] = {
         "max abs(p_ref - p)",
         "max |p_$ error|",
         lower_is_better=True,
+        rank="hidden",
     ),
     "steady_state_error": Definition(
         "m",
@@ -78,6 +183,9 @@ DEFINITIONS: dict[str, Definition] = {
         "max abs(e), last 20 % of holds",
         "steady e_$",
         lower_is_better=True,
+        compute=_steady_state_error,
+        rank="main",
+        scale="hold",
     ),
     "settling_time": Definition(
         "s",
@@ -86,6 +194,8 @@ DEFINITIONS: dict[str, Definition] = {
         "(last k with abs(e_k) > band, + 1 - k_end) T_s",
         "settling $",
         lower_is_better=True,
+        compute=_settling_time,
+        rank="main",
     ),
     "overshoot": Definition(
         "m",
@@ -93,6 +203,8 @@ DEFINITIONS: dict[str, Definition] = {
         "max(0, -sgn(move) e)",
         "overshoot $",
         lower_is_better=True,
+        compute=_overshoot,
+        scale="hold",
     ),
     "relative_overshoot": Definition(
         "1",
@@ -100,6 +212,8 @@ DEFINITIONS: dict[str, Definition] = {
         "max(0, -e/move)",
         "overshoot $, share",
         lower_is_better=True,
+        compute=_relative_overshoot,
+        rank="hidden",
     ),
     "max_abs_velocity": Definition("m/s", "largest true speed", "max abs(v)", "peak |v_$|"),
     "rms_force": Definition(
@@ -112,7 +226,13 @@ DEFINITIONS: dict[str, Definition] = {
         "sqrt(sum(i_a^2 + i_b^2 + i_c^2)/N)",
         "RMS i_$",
     ),
-    "max_current": Definition("A", "largest current of any phase", "max abs(i)", "peak i_$"),
+    "max_current": Definition(
+        "A",
+        "largest current of any phase",
+        "max abs(i)",
+        "peak i_$",
+        rank="main",
+    ),
     "saturated_fraction": Definition(
         "1",
         "share of ticks with the force command or a current command at its limit",
@@ -130,6 +250,8 @@ CONTOUR_DEFINITIONS: dict[str, Definition] = {
         "max d",
         "contour max",
         lower_is_better=True,
+        rank="main",
+        scale="following",
     ),
     "rms": Definition(
         "m",
@@ -137,6 +259,7 @@ CONTOUR_DEFINITIONS: dict[str, Definition] = {
         "sqrt(sum(d^2)/N)",
         "contour RMS",
         lower_is_better=True,
+        scale="following",
     ),
 }
 """Metrics of a variant's contour, both axes together."""
@@ -149,14 +272,6 @@ _OF_CHANNEL = {
     "max_abs_force": "thrust",
 }
 """Metrics of channels that only a simulation has."""
-
-
-class Hold(NamedTuple):
-    """A standstill after a move of one axis: ticks from the window's start, length of the move."""
-
-    start: int
-    end: int
-    move: float
 
 
 def variant_metrics(
@@ -204,7 +319,7 @@ def variant_metrics(
     axes = {}
     for axis in reference.moving:
         index = AXES.index(axis)
-        figures = {name: float(values[index]) for name, values in plain.items()} | hold_metrics(
+        figures = {name: float(values[index]) for name, values in plain.items()} | error_metrics(
             errors[:, index], reference, axis, window, settling_band=settling_band
         )
         absent = {
@@ -216,10 +331,10 @@ def variant_metrics(
     return {"axes": axes, "contour": contour}
 
 
-def hold_metrics(
+def error_metrics(
     error: Array, reference: Reference, axis: str, window: Interval, *, settling_band: float
 ) -> dict[str, float | None]:
-    """Return the metrics of one axis that need holds; None where the window has none.
+    """Return the metrics of one axis that are computed from its following error; None without one.
 
     Parameters
     ----------
@@ -236,13 +351,16 @@ def hold_metrics(
     """
     holds = _holds_within(reference, AXES.index(axis), window)
     error = np.where(np.abs(error) < _ROUNDING, 0.0, error)
-    overshoot, relative_overshoot = _overshoot(error, holds)
-    return {
-        "steady_state_error": _steady_state_error(error, holds),
-        "settling_time": _settling_time(error, holds, settling_band),
-        "overshoot": overshoot,
-        "relative_overshoot": relative_overshoot,
-    }
+    of = ErrorWindow(error, holds, settling_band)
+    return {name: each.compute(of) for name, each in DEFINITIONS.items() if each.compute}
+
+
+def needs_errors(reference: Reference) -> bool:
+    """Return whether `error_metrics` has any on a reference: else errors need not be kept."""
+    return any(
+        each.compute is not None and (bool(reference.holds) or not each.of_holds)
+        for each in DEFINITIONS.values()
+    )
 
 
 def _tally(record: VariantRecord, target: Array) -> Array:
@@ -279,10 +397,6 @@ def _whole(values: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.interp(np.arange(len(values)), known, values[known]).astype(np.float32)
 
 
-def _peak(values: Array) -> float:
-    return float(np.abs(values).max())
-
-
 def _holds_within(reference: Reference, index: int, window: Interval) -> list[Hold]:
     """Return the holds that begin in a window, cut at its end."""
     start, end = window
@@ -294,31 +408,3 @@ def _holds_within(reference: Reference, index: int, window: Interval) -> list[Ho
         for a, b in reference.holds
         if start <= a < end
     ]
-
-
-def _steady_state_error(error: Array, holds: list[Hold]) -> float | None:
-    tails = [error[b - max(1, round(STEADY_TAIL * (b - a))) : b] for a, b, _ in holds]
-    return max((_peak(tail) for tail in tails), default=None)
-
-
-def _settling_time(error: Array, holds: list[Hold], band: float) -> float | None:
-    longest = None
-    for a, b, _ in holds:
-        outside = np.flatnonzero(np.abs(error[a:b]) > band)
-        ticks = int(outside[-1]) + 1 if len(outside) else 0
-        if ticks == b - a:
-            return None
-        longest = max(longest or 0.0, ticks * CONTROL_PERIOD)
-    return longest
-
-
-def _overshoot(error: Array, holds: list[Hold]) -> tuple[float | None, float | None]:
-    """Return the largest excursion past a target, in m and as a share of its move."""
-    past = [
-        (max(0.0, float((-np.sign(move) * error[a:b]).max())), abs(move))
-        for a, b, move in holds
-        if abs(move) > _ROUNDING
-    ]
-    if not past:
-        return None, None
-    return max(way for way, _ in past), max(way / move for way, move in past)

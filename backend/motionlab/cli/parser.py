@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import re
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
 
 from motionlab.cli.exit_codes import BAD_INPUT
@@ -56,11 +56,15 @@ class HelpFormatter(argparse.RawDescriptionHelpFormatter):
 
 
 class Parser(argparse.ArgumentParser):
-    """Refuses in two lines, with the closest of the words that it knows."""
+    """Refuses in two lines, with the closest of the words that it knows.
 
-    def __init__(self, **settings: Any) -> None:
+    Options whose model takes long to import are added by `late` when this parser is used.
+    """
+
+    def __init__(self, *, late: Callable[[Parser], None] | None = None, **settings: Any) -> None:
         settings["formatter_class"] = HelpFormatter
         super().__init__(**settings)
+        self._late = late
         self._given: list[str] = []
         # A value such as -0.001,0.002 is no option either: argparse knows single numbers alone.
         self._negative_number_matcher = _NEGATIVE
@@ -76,6 +80,9 @@ class Parser(argparse.ArgumentParser):
     ) -> tuple[argparse.Namespace, list[str]]:
         """Parse, and refuse what is left over: here the command is known that does not take it."""
         self._given = list(args or [])
+        if self._late is not None:
+            late, self._late = self._late, None
+            late(self)
         found, left = super().parse_known_args(args, namespace)
         if left:
             self._refuse(left[0])

@@ -13,8 +13,11 @@ from motionlab.errors import ConfigError, FieldError
 from motionlab.studies.options import add_json, add_set, source
 
 if TYPE_CHECKING:
-    from motionlab.analysis.views.positioning import Positioning
+    from pydantic import BaseModel
+
     from motionlab.analysis.views.recorded import Recorded
+    from motionlab.analysis.views.table import View
+    from motionlab.cli.parser import Parser
 
 EXAMPLES = """\
 examples:
@@ -25,8 +28,6 @@ examples:
 
 `motionlab docs views` defines every figure.
 """
-_POSITIONING = "positioning"
-_CYCLE = ("axis", "targets", "runs", "dwell", "low", "high", "instrument")
 
 
 def add(commands: Any) -> None:
@@ -36,11 +37,10 @@ def add(commands: Any) -> None:
         help="circular test and other views of a run or a scenario",
         description="Compute a view of a kept run, or of a scenario that is simulated for it.",
         epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        late=_add_options,
     )
-    told = "; ".join(f"{view.name}: {view.summary}" for view in VIEWS)
-    told += f"; {_POSITIONING}: Accuracy and repeatability at targets, ISO 230-2 style"
-    parser.add_argument("view", metavar="VIEW", choices=[*BY_NAME, _POSITIONING], help=told)
+    summaries = "; ".join(f"{view.name}: {view.summary}" for view in VIEWS)
+    parser.add_argument("view", metavar="VIEW", choices=list(BY_NAME), help=summaries)
     parser.add_argument(
         "scenario",
         metavar="RUN|SCENARIO",
@@ -53,73 +53,77 @@ def add(commands: Any) -> None:
     parser.add_argument("--to", dest="end", metavar="S", type=float, help="end, s")
     add_set(parser, "change a field of the scenario (repeatable)")
     add_json(parser)
-    cycle = parser.add_argument_group(_POSITIONING, "the test cycle of a scenario, and its reading")
-    cycle.add_argument("--axis", choices=["x", "y"], help="which axis, default x")
-    cycle.add_argument("--targets", metavar="N", type=int, help="targets, default 5")
-    cycle.add_argument("--runs", metavar="N", type=int, help="runs each way, default 5")
-    cycle.add_argument("--dwell", metavar="S", type=float, help="rest at each, s, default 0.5")
-    cycle.add_argument("--low", metavar="M", type=float, help="first target, m")
-    cycle.add_argument("--high", metavar="M", type=float, help="last target, m")
-    cycle.add_argument("--instrument", choices=["true", "encoder"], help="default true")
     parser.set_defaults(command=_view)
 
 
+def _add_options(parser: Parser) -> None:
+    """Add the options of views that have some; those of one name are one option."""
+    from motionlab.config.fields import fields_of
+
+    known: set[str] = set()
+    for view in VIEWS:
+        if view.options is None:
+            continue
+        group = parser.add_argument_group(f"options of the view {view.name}")
+        for name, field in fields_of(view.options).items():
+            if name in known:
+                continue
+            known.add(name)
+            default = "" if field.default is None else f", default {field.default}"
+            group.add_argument(
+                f"--{name}",
+                type=str if field.choices else int if field.whole else float,
+                choices=[choice.value for choice in field.choices] if field.choices else None,
+                metavar=None
+                if field.choices
+                else "N"
+                if field.whole
+                else field.unit.upper() or "X",
+                help=f"{field.description}{default}".replace("%", "%%"),
+            )
+
+
 def _view(options: argparse.Namespace) -> int:
-    asked = {name: getattr(options, name) for name in _CYCLE}
-    given = {name: value for name, value in asked.items() if value is not None}
-    if options.view == _POSITIONING:
-        found, lines = _positioning(options, given)
-    elif given:
-        told = f"is of the view {_POSITIONING}"
-        raise ConfigError(*(FieldError(f"--{name}", told, given[name]) for name in given))
-    else:
-        view = BY_NAME[options.view]
-        found = view.compute(_recorded(options, window=view.window))
-        lines = view.report(found)
+    view = BY_NAME[options.view]
+    request = _request(view, options)
+    document = view.compute(_recorded(view, request, options), request)
     if options.json:
-        print(json.dumps(found.model_dump(mode="json")))
+        print(json.dumps(document.model_dump(mode="json")))
     else:
-        show("\n".join(lines))
+        show("\n".join(view.report(document)))
     return DONE
 
 
-def _positioning(
-    options: argparse.Namespace, given: dict[str, Any]
-) -> tuple[Positioning, list[str]]:
-    from motionlab.analysis.views.positioning import PositioningCycle, cycled, positioning, report
-    from motionlab.config.changes import parse_assignments
-    from motionlab.config.load import load_scenario
+def _request(view: View, options: argparse.Namespace) -> BaseModel | None:
+    """Return the options of a view; those of other views are refused."""
     from motionlab.config.validation_errors import checked
-    from motionlab.library.recorded import of_recording
-    from motionlab.simulation.prepare import prepare
-    from motionlab.simulation.run import run
 
-    asked = checked(PositioningCycle, given, _POSITIONING)
-    if names_run(options.scenario):
-        found = positioning(_recorded(options, window=False), asked, simulated=False)
-        return found, report(found)
-    for name, time in (("--from", options.start), ("--to", options.end)):
-        if time is not None:
-            raise ConfigError(FieldError(name, "is of a run; a cycle is measured whole", time))
-    scenario = load_scenario(source(options), parse_assignments(options.assignments))
-    prepared = prepare(cycled(scenario, asked))
-    recorded = of_recording(run(prepared), prepared, 0, prepared.reference.ticks)
-    found = positioning(recorded, asked, simulated=True)
-    return found, report(found)
+    own = set(view.options.model_fields) if view.options else set()
+    for other in VIEWS:
+        for name in set(other.options.model_fields if other.options else ()) - own:
+            if (value := getattr(options, name)) is not None:
+                message = f"is of the view {other.name}"
+                raise ConfigError(FieldError(f"--{name}", message, value))
+    if view.options is None:
+        return None
+    values = {name: getattr(options, name) for name in own}
+    present = {name: value for name, value in values.items() if value is not None}
+    return checked(view.options, present, view.name)
 
 
-def _recorded(options: argparse.Namespace, *, window: bool) -> Recorded:
+def _recorded(view: View, request: BaseModel | None, options: argparse.Namespace) -> Recorded:
     from motionlab.config.changes import parse_assignments
     from motionlab.config.load import load_scenario
     from motionlab.library.library import library
     from motionlab.library.recorded import of_run, of_scenario
     from motionlab.simulation.prepare import prepare
 
+    start, end = options.start, options.end
     if names_run(options.scenario):
         if options.assignments:
-            told = "changes a scenario; a kept run is as it was"
-            raise ConfigError(FieldError("--set", told, options.assignments[0]))
-        run_id = library().named(options.scenario)
-        return of_run(run_id, options.start, options.end, window=window)
+            message = "changes a scenario; a kept run is as it was"
+            raise ConfigError(FieldError("--set", message, options.assignments[0]))
+        return of_run(library().named(options.scenario), start, end, window=view.window)
     scenario = load_scenario(source(options), parse_assignments(options.assignments))
-    return of_scenario(prepare(scenario), options.start, options.end, window=window)
+    scenario = view.to_simulate(scenario, request, {"--from": start, "--to": end})
+    return of_scenario(prepare(scenario), start, end, window=view.window)

@@ -109,7 +109,15 @@ def of_recording(recording: Recording, prepared: Prepared, first: int, stop: int
         scenario = now.model_copy(update={"schedule": (), "window": None})
     variants = tuple(recording.variants)
     return Recorded(
-        variants, CONTROL_PERIOD, first, stop, column, path, scenario, simulate=record_simulation
+        variants,
+        CONTROL_PERIOD,
+        first,
+        stop,
+        column,
+        path,
+        scenario,
+        simulate=record_simulation,
+        simulated=True,
     )
 
 

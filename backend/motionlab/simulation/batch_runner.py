@@ -17,7 +17,7 @@ from llvmlite import binding
 from numba.core import config
 from numpy.typing import NDArray
 
-from motionlab.analysis.metrics import DEFINITIONS, hold_metrics
+from motionlab.analysis.metrics import DEFINITIONS, error_metrics, needs_errors
 from motionlab.config.planar import AXES
 from motionlab.executors.executor import cores
 from motionlab.kernel.accumulator import new_tally, tally_metrics
@@ -103,10 +103,10 @@ class BatchRunner:
         movers = lanes.shape[1]
         threads = threads or cores()
         size = _block_size(movers, threads)
-        errors = watch is not None or bool(self.reference.holds)
+        errors = watch is not None or needs_errors(self.reference)
         tally = new_tally(movers, len(AXES))
         failed = np.full((movers, len(AXES)), -1, dtype=np.int64)
-        holds = {name: np.full((movers, len(AXES)), np.nan) for name in DEFINITIONS}
+        of_error = {name: np.full((movers, len(AXES)), np.nan) for name in DEFINITIONS}
 
         def block(first: int) -> tuple[int, _BlockResult]:
             return first, self._run(lanes[:, first : first + size], errors)
@@ -117,13 +117,13 @@ class BatchRunner:
             tally[:, here], failed[here] = found.tally, found.failed
             if watch is not None:
                 watch(first, found.errors)
-            for name, values in self._hold_metrics(found).items():
-                holds[name][here] = values
+            for name, values in self._error_metrics(found).items():
+                of_error[name][here] = values
             done += found.failed.shape[0]
             if progress is not None:
                 progress(done / movers)
 
-        metrics = holds | tally_metrics(tally, self.window[1] - self.window[0])
+        metrics = of_error | tally_metrics(tally, self.window[1] - self.window[0])
         still = [axis not in self.reference.moving for axis in AXES]
         for name in metrics:
             metrics[name] = np.where((failed >= 0) | still, np.nan, metrics[name])
@@ -160,16 +160,16 @@ class BatchRunner:
             errors[:, :used].T.reshape(count, LANES_PER_VARIANT, -1),
         )
 
-    def _hold_metrics(self, block: _BlockResult) -> dict[str, Array]:
-        """Return the metrics that need holds, shape (movers, axes); none without holds."""
+    def _error_metrics(self, block: _BlockResult) -> dict[str, Array]:
+        """Return the metrics that are computed from the error, shape (movers, axes)."""
         found: dict[str, Array] = {}
-        if not self.reference.holds:
+        if not needs_errors(self.reference):
             return found
         window = self.window
         for mover, axis in np.ndindex(block.failed.shape):
             if block.failed[mover, axis] >= 0:
                 continue
-            values = hold_metrics(
+            values = error_metrics(
                 block.errors[mover, axis, slice(*window)].astype(np.float64),
                 self.reference,
                 AXES[axis],

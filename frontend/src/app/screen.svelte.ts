@@ -1,19 +1,23 @@
 /** The current screen, kept in the address for reload and the browser's back. */
 
+import type { StudyKind } from './api/types';
 import { fromAddress } from './storage';
 
-/** The menu. */
+/**
+ * The menu. A screen is the component `screens/NAME/*Screen.svelte`; the fields of its `studies`
+ * are loaded before it.
+ */
 export const SCREENS = [
-  { screen: 'lab', title: 'Lab' },
-  { screen: 'trajectories', title: 'Trajectories' },
-  { screen: 'runs', title: 'Runs' },
-  { screen: 'identify', title: 'Identify' },
-  { screen: 'tune', title: 'Tune' },
-  { screen: 'sweep', title: 'Sweep' },
-  { screen: 'motor', title: 'Motor' },
-  { screen: 'paper', title: 'Paper' },
-  { screen: 'drive', title: 'Drive' },
-] as const;
+  { screen: 'lab', title: 'Lab', studies: [] },
+  { screen: 'trajectories', title: 'Trajectories', studies: [] },
+  { screen: 'runs', title: 'Runs', studies: [] },
+  { screen: 'identify', title: 'Identify', studies: ['identify'] },
+  { screen: 'tune', title: 'Tune', studies: ['tune'] },
+  { screen: 'sweep', title: 'Sweep', studies: ['sweep'] },
+  { screen: 'motor', title: 'Motor', studies: ['design', 'map', 'sharing', 'platform'] },
+  { screen: 'paper', title: 'Paper', studies: [] },
+  { screen: 'drive', title: 'Drive', studies: [] },
+] as const satisfies readonly { screen: string; title: string; studies: readonly StudyKind[] }[];
 
 export type Screen = (typeof SCREENS)[number]['screen'];
 
@@ -38,7 +42,16 @@ class ScreenChoice {
   }
 
   get title(): string {
-    return SCREENS.find(({ screen }) => screen === this.current)?.title ?? '';
+    return this.entry.title;
+  }
+
+  /** Studies that the current screen is of. */
+  get studies(): readonly StudyKind[] {
+    return this.entry.studies;
+  }
+
+  private get entry() {
+    return SCREENS.find(({ screen }) => screen === this.current) ?? SCREENS[0];
   }
 
   /** Its page of the documentation; null where the server has none. */

@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, ConfigDict, Field
 
 from motionlab.analysis import positioning as numbers
 from motionlab.analysis.views.recorded import Recorded
@@ -30,15 +30,21 @@ axis comes to rest the same way at all targets, also after the overrun."""
 SHARE = 0.5
 """Of the largest speed and acceleration of the axis."""
 
-COLUMNS = 8
-"""Most columns in memory at once."""
-
 _DIGITS = 12  # of a length in m: a picometre
 _METRES = Field(description="m")
 
 
 class PositioningCycle(BaseModel):
     """A test cycle."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [
+                {"scenario": "circle-matched", "axis": "y", "targets": 3, "runs": 2}
+                | {"dwell": 0.2, "low": -0.01, "high": 0.01}
+            ]
+        }
+    )
 
     axis: Axis | None = Field(
         default=None,
@@ -123,15 +129,8 @@ class Positioning(BaseModel):
     note: str = Field(description="What is different from what was asked for; empty if nothing")
 
 
-def cycled(scenario: Scenario, cycle: PositioningCycle) -> Scenario:
+def measured_scenario(scenario: Scenario, cycle: PositioningCycle) -> Scenario:
     """Return a scenario that goes through a test cycle, without schedule and load steps.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Motor, controllers, load, seed.
-    asked : PositioningCycle
-        Which cycle.
 
     Raises
     ------
@@ -167,17 +166,15 @@ def cycled(scenario: Scenario, cycle: PositioningCycle) -> Scenario:
     return scenario.model_copy(update=update)
 
 
-def positioning(recorded: Recorded, cycle: PositioningCycle, *, simulated: bool) -> Positioning:
+def positioning(recorded: Recorded, cycle: PositioningCycle) -> Positioning:
     """Return accuracy and repeatability of an axis.
 
     Parameters
     ----------
     recorded : Recorded
         A recording that rests at targets.
-    asked : PositioningCycle
-        Axis and instrument; the rest of it is what `cycled` made of it.
-    simulated : bool
-        Whether the recording is of a cycle made for this.
+    cycle : PositioningCycle
+        Axis and instrument; the rest of it is what `measured_scenario` made of it.
 
     Raises
     ------
@@ -201,7 +198,7 @@ def positioning(recorded: Recorded, cycle: PositioningCycle, *, simulated: bool)
     instrument, note = _instrument(recorded, axis, cycle.instrument)
     return Positioning(
         axis=axis,
-        simulated=simulated,
+        simulated=recorded.simulated,
         duration=recorded.end - recorded.start,
         instrument=instrument,
         resolution=_resolution(recorded, axis, instrument, [place for place, _, _ in groups]),

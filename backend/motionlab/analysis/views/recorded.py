@@ -39,6 +39,8 @@ class Recorded:
         As it was over the stretch, without schedule, or why it is not known.
     simulate : callable or None
         Returns the whole recording of a scenario, where this one was simulated, too.
+    simulated : bool
+        Whether it was simulated for this, and is no kept run.
     """
 
     variants: tuple[str, ...]
@@ -49,6 +51,7 @@ class Recorded:
     path: Callable[[], tuple[Array, int]]
     scenario: Scenario | str
     simulate: Callable[[Scenario], Recorded] | None = None
+    simulated: bool = False
 
     @property
     def start(self) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import hashlib
-from typing import Annotated
+from typing import Annotated, Literal
 
 from fastapi import APIRouter, HTTPException, Path, Request, Response
 from pydantic import BaseModel, Field, RootModel
@@ -30,6 +30,10 @@ class MetricEntry(BaseModel):
     meaning: str
     formula: str
     lower_is_better: bool
+    rank: Literal["main", "other", "hidden"] = Field(
+        description="Whether a table shows it at once, on demand, or not"
+    )
+    scale: str = Field(description="Metrics of one scale are shown in one unit; empty: of its own")
 
 
 class ScenarioFields(BaseModel):
@@ -91,7 +95,10 @@ def _request(kind: str) -> bytes:
 
 
 def _metrics(definitions: dict[str, Definition]) -> dict[str, MetricEntry]:
-    return {name: MetricEntry(**vars(each)) for name, each in definitions.items()}
+    return {
+        name: MetricEntry.model_validate(each, from_attributes=True)
+        for name, each in definitions.items()
+    }
 
 
 def _answer(document: bytes, request: Request) -> Response:

@@ -6,19 +6,13 @@ from collections.abc import Callable, Coroutine
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Body, Request, Response
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, Field, create_model
 
-from motionlab.analysis.views.positioning import (
-    COLUMNS,
-    Positioning,
-    PositioningCycle,
-    cycled,
-    positioning,
-)
+from motionlab.analysis.views.recorded import Recorded
 from motionlab.analysis.views.table import BY_NAME, VIEWS, View
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, FieldError
-from motionlab.library.recorded import of_recording, of_run, of_scenario, ticks_needed
+from motionlab.library.recorded import of_run, of_scenario, ticks_needed
 from motionlab.library.run import ID
 from motionlab.server.http.openapi_input import examples
 from motionlab.server.http.problems import responses
@@ -27,7 +21,6 @@ from motionlab.server.routes.simulate import ChangedScenario, prepare_request
 from motionlab.server.settings import Settings
 from motionlab.server.worker_answers import ComputedResponse, called, json_of
 from motionlab.server.workers.worker import Call
-from motionlab.simulation.run import run
 
 router = APIRouter(prefix="/views", tags=["simulate"], route_class=JsonRoute)
 
@@ -57,24 +50,28 @@ class ViewRequest(ChangedScenario):
     )
 
 
-class PositioningRequest(ViewRequest, PositioningCycle):
-    """A kept run that rests at targets, or a scenario whose motor goes through a test cycle."""
-
-    model_config = examples(
-        {"scenario": "circle-matched", "axis": "y", "targets": 3, "runs": 2}
-        | {"dwell": 0.2, "low": -0.01, "high": 0.01}
-    )
+def _request_of(view: View) -> type[ViewRequest]:
+    """Return the model of a view's requests: one of its own where it has options."""
+    if view.options is None:
+        return ViewRequest
+    name = f"{view.document_name}Request"
+    summary = f"{view.summary}: of what, and its options."
+    bases = (ViewRequest, view.options)
+    model = create_model(name, __base__=bases, __module__=__name__, __doc__=summary)
+    globals()[name] = model  # where workers look for the class of a request
+    return model
 
 
 def _endpoint(view: View) -> Callable[..., Coroutine[Any, Any, Response]]:
     """Return the function that answers requests of a view."""
 
-    async def endpoint(request: Request, body: Annotated[ViewRequest, Body()]) -> Response:
+    async def endpoint(request: Request, body: ViewRequest) -> Response:
         bounds: Settings = request.app.state.settings.bounds
         return ComputedResponse(await called(request, _viewed, view.name, body, bounds))
 
     # The annotations are text, and refer to names that only this module has.
-    endpoint.__annotations__ = {"request": Request, "body": Annotated[ViewRequest, Body()]}
+    body = Annotated[_request_of(view), Body()]
+    endpoint.__annotations__ = {"request": Request, "body": body}
     return endpoint
 
 
@@ -83,20 +80,27 @@ def _viewed(call: Call, name: str, body: ViewRequest, bounds: Settings) -> bytes
 
 
 def _view(call: Call, view: View, body: ViewRequest, bounds: Settings) -> BaseModel:
-    stretch = (body.start, body.end)
     if body.run is not None:
-        recorded = of_run(body.run, *stretch, window=view.window)
+        recorded = of_run(body.run, body.start, body.end, window=view.window)
     else:
-        prepared = prepare_request(body, bounds)
-        ticks = ticks_needed(prepared, body.end)
-        if ticks * CONTROL_PERIOD > bounds.direct_max:
-            most = {"maximum": bounds.direct_max}
-            told = "too long to be simulated for a view; simulate it with keep, and name the run"
-            raise ConfigError(FieldError("end", told, ticks * CONTROL_PERIOD, "", "s", most))
-        call.hold(prepared.recording_size())
-        recorded = of_scenario(prepared, *stretch, window=view.window)
+        recorded = _simulated(call, view, body, bounds)
     call.hold(view.columns * recorded.column_size)
-    return view.compute(recorded)
+    return view.compute(recorded, body)
+
+
+def _simulated(call: Call, view: View, body: ViewRequest, bounds: Settings) -> Recorded:
+    """Return the stretch of a scenario, or the whole of what a view simulates in its place."""
+    stretch = {"start": body.start, "end": body.end}
+    prepared = prepare_request(body, bounds, lambda each: view.to_simulate(each, body, stretch))
+    ticks = ticks_needed(prepared, body.end)
+    if ticks * CONTROL_PERIOD > bounds.direct_max:
+        message = "too long to be simulated for a view; simulate it with keep, and name the run"
+        if view.measures:
+            message = "what is measured is too long for a view of a scenario: measure less"
+        most = {"maximum": bounds.direct_max}
+        raise ConfigError(FieldError("end", message, ticks * CONTROL_PERIOD, "", "s", most))
+    call.hold(prepared.recording_size())
+    return of_scenario(prepared, body.start, body.end, window=view.window)
 
 
 for _each in VIEWS:
@@ -112,37 +116,3 @@ for _each in VIEWS:
         response_model=_each.document,
         responses=_REFUSED,
     )
-
-
-@router.post(
-    "/positioning", operation_id="viewPositioning", response_model=Positioning, responses=_REFUSED
-)
-async def view_positioning(
-    request: Request, body: Annotated[PositioningRequest, Body()]
-) -> Response:
-    """Return accuracy and repeatability of an axis, ISO 230-2 style; docs/views.md."""
-    bounds: Settings = request.app.state.settings.bounds
-    return ComputedResponse(await called(request, _positioned, body, bounds))
-
-
-def _positioned(call: Call, body: PositioningRequest, bounds: Settings) -> bytes:
-    return json_of(call, _positioning, (call, body, bounds))
-
-
-def _positioning(call: Call, body: PositioningRequest, bounds: Settings) -> Positioning:
-    if body.run is not None:
-        recorded = of_run(body.run, body.start, body.end, window=False)
-        call.hold(COLUMNS * recorded.column_size)
-        return positioning(recorded, body, simulated=False)
-    for name, time in (("start", body.start), ("end", body.end)):
-        if time is not None:
-            raise ConfigError(FieldError(name, "is of a run; a cycle is measured whole", time))
-    prepared = prepare_request(body, bounds, lambda scenario: cycled(scenario, body))
-    if prepared.duration > bounds.direct_max:
-        most = {"maximum": bounds.direct_max}
-        told = "the cycle is too long for a view: fewer runs or targets, or a shorter dwell"
-        raise ConfigError(FieldError("runs", told, prepared.duration, "", "s", most))
-    call.hold(prepared.recording_size())
-    recorded = of_recording(run(prepared), prepared, 0, prepared.reference.ticks)
-    call.hold(COLUMNS * recorded.column_size)
-    return positioning(recorded, body, simulated=True)

@@ -1515,8 +1515,8 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * View Positioning
-         * @description Return accuracy and repeatability of an axis, ISO 230-2 style; docs/views.md.
+         * Accuracy and repeatability at targets, ISO 230-2 style
+         * @description Accuracy and repeatability at targets, ISO 230-2 style, of all of a run or a scenario by default; docs/views.md.
          */
         post: operations["viewPositioning"];
         delete?: never;
@@ -8313,6 +8313,17 @@ export interface components {
             formula: string;
             /** Lower Is Better */
             lower_is_better: boolean;
+            /**
+             * Rank
+             * @description Whether a table shows it at once, on demand, or not
+             * @enum {string}
+             */
+            rank: "main" | "other" | "hidden";
+            /**
+             * Scale
+             * @description Metrics of one scale are shown in one unit; empty: of its own
+             */
+            scale: string;
         };
         /**
          * ModelConfig
@@ -9979,7 +9990,7 @@ export interface components {
         };
         /**
          * PositioningRequest
-         * @description A kept run that rests at targets, or a scenario whose motor goes through a test cycle.
+         * @description Accuracy and repeatability at targets, ISO 230-2 style: of what, and its options.
          * @example {
          *       "axis": "y",
          *       "dwell": 0.2,

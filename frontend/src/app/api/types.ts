@@ -99,6 +99,7 @@ export type LoopSweep = Schemas['FrequencySweepDocument'];
 export type LoopAccuracy = Schemas['AccuracyDocument'];
 
 export type AxisMetrics = Schemas['AxisMetrics'];
+export type ContourMetrics = Schemas['ContourMetrics'];
 
 /** Of a measurement there is no contour error. */
 export interface VariantMetrics extends Partial<Pick<Schemas['VariantResult'], 'contour'>> {

@@ -32,9 +32,11 @@ const FIELDS: Readonly<Record<string, Example>> = {
   seed: ['seed'],
 };
 
-const METRICS: Readonly<Record<string, readonly [label: string, unit: string, less: boolean]>> = {
-  max_abs_following_error: ['max |e_$|', 'm', true],
-  rms_following_error: ['RMS e_$', 'm', true],
+type Metric = readonly [label: string, unit: string, less: boolean, scale?: string];
+
+const METRICS: Readonly<Record<string, Metric>> = {
+  max_abs_following_error: ['max |e_$|', 'm', true, 'following'],
+  rms_following_error: ['RMS e_$', 'm', true, 'following'],
   settling_time: ['settling $', 's', true],
   max_current: ['peak i_$', 'A', false],
 };
@@ -45,8 +47,9 @@ function field(path: string, [label, unit = '', factor = 1]: Example): FieldEntr
   return { label, unit, factor, whole: path === 'seed', description: '', choices };
 }
 
-function metric([label, unit, less]: readonly [string, string, boolean]): MetricEntry {
-  return { label, unit, meaning: label, formula: '', lower_is_better: less };
+function metric([label, unit, less, scale = '']: Metric): MetricEntry {
+  const rest = { meaning: label, formula: '', rank: 'main', scale } as const;
+  return { label, unit, lower_is_better: less, ...rest };
 }
 
 const entries = Object.entries(FIELDS).map(([path, each]) => {
@@ -59,7 +62,10 @@ served.scenario = {
   fields: Object.fromEntries(entries) as Record<string, FieldEntry>,
   schedulable: ['plant', 'variants', 'load'],
   metrics: Object.fromEntries(metrics) as Record<string, MetricEntry>,
-  contour: { max: metric(['contour max', 'm', true]), rms: metric(['contour RMS', 'm', true]) },
+  contour: {
+    max: metric(['contour max', 'm', true, 'following']),
+    rms: metric(['contour RMS', 'm', true, 'following']),
+  },
 };
 
 /** 0.5 to 150 mm/s, each as far from the next in ratio. */

@@ -1,38 +1,16 @@
-/** The rows of the metrics table; names, units and definitions are the server's. */
+/** The rows of the metrics table; names, units, order and definitions are the server's. */
 
 import { among, pretty, scaleFor, type Scale } from '../../ui/units';
-import type { Axis, AxisMetrics, MetricEntry, Metrics, VariantMetrics } from '../../app/api/types';
+import type {
+  Axis,
+  AxisMetrics,
+  ContourMetrics,
+  MetricEntry,
+  Metrics,
+  VariantMetrics,
+} from '../../app/api/types';
 import { AXES } from '../../app/api/types';
 import { served } from '../../app/fields/fields.svelte';
-
-interface Shown<Key extends string = keyof AxisMetrics> {
-  key: Key;
-  /** Shown at once; the others on demand. */
-  main?: boolean;
-  /** Lines that share a unit, so that their numbers compare down the column too. */
-  group?: 'following' | 'hold';
-}
-
-const FIRST: readonly Shown[] = [
-  { key: 'max_abs_following_error', main: true, group: 'following' },
-  { key: 'rms_following_error', main: true, group: 'following' },
-];
-const CONTOUR: readonly Shown<'max' | 'rms'>[] = [
-  { key: 'max', main: true, group: 'following' },
-  { key: 'rms', group: 'following' },
-];
-const OTHERS: readonly Shown[] = [
-  { key: 'itae' },
-  { key: 'steady_state_error', main: true, group: 'hold' },
-  { key: 'settling_time', main: true },
-  { key: 'overshoot', group: 'hold' },
-  { key: 'max_abs_velocity' },
-  { key: 'rms_force' },
-  { key: 'max_abs_force' },
-  { key: 'max_current', main: true },
-  { key: 'rms_current' },
-  { key: 'saturated_fraction' },
-];
 
 export interface MetricRow {
   name: string;
@@ -46,7 +24,7 @@ export interface MetricRow {
 }
 
 interface Line {
-  shown: Shown<string>;
+  key: string;
   definition: MetricEntry;
   axis: Axis | '';
   numbers: number[];
@@ -55,28 +33,36 @@ interface Line {
 /** Returns the rows for some variants; those without any number are left out. */
 export function rows(metrics: Metrics, variants: readonly string[]): MetricRow[] {
   const of = variants.map((name) => metrics.variants[name]);
+  const { metrics: axisMetrics, contour } = served.scenario;
   const lines: Line[] = [];
   const add = (
-    shown: Shown<string>,
-    definition: MetricEntry | undefined,
+    key: string,
+    definition: MetricEntry,
     axis: Axis | '',
     values: (number | null | undefined)[],
   ) => {
     const numbers = values.map((value) => value ?? Number.NaN);
-    if (!definition || numbers.every(Number.isNaN)) return;
-    lines.push({ shown, definition, axis, numbers });
+    if (definition.rank === 'hidden' || numbers.every(Number.isNaN)) return;
+    lines.push({ key, definition, axis, numbers });
   };
-  const addAxes = (shown: Shown) => {
-    const definition = served.scenario.metrics[shown.key];
-    for (const axis of AXES) add(shown, definition, axis, axisValues(of, axis, shown.key));
+  const addAxes = (key: string, definition: MetricEntry) => {
+    for (const axis of AXES) add(key, definition, axis, axisValues(of, axis, key));
   };
-  FIRST.forEach(addAxes);
-  for (const shown of CONTOUR) {
-    const values = of.map((variant) => variant?.contour?.[shown.key]);
-    add(shown, served.scenario.contour[shown.key], '', values);
+  const [following, others] = partition(Object.entries(axisMetrics), isFollowing);
+  // The distance from the path stands below the errors that it is compared with.
+  following.forEach((entry) => addAxes(...entry));
+  for (const [key, definition] of Object.entries(contour)) {
+    const values = of.map((variant) => variant?.contour?.[key as keyof ContourMetrics]);
+    add(key, definition, '', values);
   }
-  OTHERS.forEach(addAxes);
+  others.forEach((entry) => addAxes(...entry));
   return lines.map((line) => row(line, scaleOf(line, lines)));
+}
+
+const isFollowing = ([, { scale }]: [string, MetricEntry]) => scale === 'following';
+
+function partition<T>(items: readonly T[], test: (item: T) => boolean): [T[], T[]] {
+  return [items.filter(test), items.filter((item) => !test(item))];
 }
 
 /** Says which changes lie within the window, as its numbers are of both before and after. */
@@ -91,31 +77,27 @@ export function changesWithin({ start, end }: Metrics['window'], times: readonly
   return `Includes changes at ${within.join(', ')} and ${last} s.`;
 }
 
-function axisValues(
-  shown: readonly (VariantMetrics | undefined)[],
-  axis: Axis,
-  key: keyof AxisMetrics,
-) {
-  return shown.map((variant) => variant?.axes[axis]?.[key]);
+function axisValues(shown: readonly (VariantMetrics | undefined)[], axis: Axis, key: string) {
+  return shown.map((variant) => variant?.axes[axis]?.[key as keyof AxisMetrics]);
 }
 
-/** The unit of a line: that of all lines of its group, or of both axes. */
-function scaleOf({ shown, definition }: Line, lines: readonly Line[]): Scale {
-  const alike = lines.filter(({ shown: other }) =>
-    shown.group ? other.group === shown.group : other === shown,
+/** The unit of a line: that of all lines of its scale, or of both axes. */
+function scaleOf({ key, definition: { scale, unit } }: Line, lines: readonly Line[]): Scale {
+  const alike = lines.filter(({ key: other, definition }) =>
+    scale ? definition.scale === scale : other === key,
   );
   const sizes = alike.flatMap(({ numbers }) => numbers.filter(Number.isFinite).map(Math.abs));
-  return scaleFor(Math.max(...sizes), definition.unit);
+  return scaleFor(Math.max(...sizes), unit);
 }
 
-function row({ shown, definition, axis, numbers }: Line, scale: Scale): MetricRow {
+function row({ definition, axis, numbers }: Line, scale: Scale): MetricRow {
   const [a = Number.NaN, b = Number.NaN] = numbers;
   const change = a !== 0 && Number.isFinite(b / a) ? b / a - 1 : null;
   return {
     name: definition.label.replace('$', axis),
     unit: scale.unit,
     meaning: pretty(definition.meaning),
-    main: shown.main === true,
+    main: definition.rank === 'main',
     values: numbers.map((value) => among(value, scale)),
     numbers,
     change,

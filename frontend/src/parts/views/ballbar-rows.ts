@@ -5,7 +5,9 @@ import type { CurveData } from '../../plot/plot-menu';
 import type { PolarCurve } from '../../plot/polar';
 import { looksOf } from '../../plot/variant-looks';
 import { row, type Row } from './rows';
-import type { Ballbar } from './views-api';
+import type { DocumentOf } from './views-api';
+
+type Ballbar = DocumentOf<'ballbar'>;
 
 export type Shown = 'both' | 'ccw' | 'cw';
 

@@ -4,7 +4,9 @@ import type { PlotAxis, Series } from '../../plot/types';
 import { looksOf } from '../../plot/variant-looks';
 import { digits } from '../../ui/units';
 import { row, type Row } from './rows';
-import type { Contouring } from './views-api';
+import type { DocumentOf } from './views-api';
+
+type Contouring = DocumentOf<'contouring'>;
 
 type Figures = NonNullable<Contouring['variants'][string]>['figures'];
 

@@ -3,7 +3,9 @@
 import { percent } from '../../ui/units';
 import type { Axis } from '../../app/api/types';
 import { row, type Row } from './rows';
-import type { Cost } from './views-api';
+import type { DocumentOf } from './views-api';
+
+type Cost = DocumentOf<'cost'>;
 
 type AxisCost = Cost['variants'][string][string];
 type Ratios = NonNullable<AxisCost['ratios']>;

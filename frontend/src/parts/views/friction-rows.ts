@@ -3,7 +3,9 @@
 import type { Cursor, Mark, PlotAxis, Series } from '../../plot/types';
 import { digits, PER_MM, quantity, scaleFor, type Scale } from '../../ui/units';
 import type { Row } from './rows';
-import type { FrictionAnatomy } from './views-api';
+import type { DocumentOf } from './views-api';
+
+type FrictionAnatomy = DocumentOf<'friction'>;
 
 export type FrictionAxis = FrictionAnatomy['axes'][string];
 export type Curves = NonNullable<FrictionAxis['variants'][string]['curves']>;

@@ -4,7 +4,9 @@ import { looksOf } from '../../plot/variant-looks';
 import type { Series } from '../../plot/types';
 import { digits, scaleFor } from '../../ui/units';
 import type { Row } from './rows';
-import type { Positioning } from './views-api';
+import type { DocumentOf } from './views-api';
+
+type Positioning = DocumentOf<'positioning'>;
 
 type Variant = Positioning['variants'][string];
 type Figures = NonNullable<Variant['figures']>;

@@ -11,14 +11,9 @@ export type ViewName = keyof paths extends infer Path
     : never
   : never;
 
-type DocumentOf<Name extends ViewName> =
+/** The document of a view. */
+export type DocumentOf<Name extends ViewName> =
   paths[`/api/v1/views/${Name}`]['post']['responses'][200]['content']['application/json'];
-
-export type Ballbar = DocumentOf<'ballbar'>;
-export type Contouring = DocumentOf<'contouring'>;
-export type Cost = DocumentOf<'cost'>;
-export type FrictionAnatomy = DocumentOf<'friction'>;
-export type Positioning = DocumentOf<'positioning'>;
 
 /** A kept run or a scenario, and which stretch of it, s. */
 export interface Subject {
