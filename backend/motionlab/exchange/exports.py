@@ -107,11 +107,11 @@ class Source:
 
 def _as_parquet(path: Path) -> pa.BufferReader:
     """Return a CSV file of telemetry as Parquet, in memory."""
-    found = read(str(path))
-    arrays = [pa.array(column.values) for column in found.values()]
+    columns = read(str(path))
+    arrays = [pa.array(column.values) for column in columns.values()]
     fields = [
         pa.field(original(name), array.type, metadata={"unit": column.unit})
-        for (name, column), array in zip(found.items(), arrays, strict=True)
+        for (name, column), array in zip(columns.items(), arrays, strict=True)
     ]
     written = pa.BufferOutputStream()
     parquet.write_table(pa.table(arrays, schema=pa.schema(fields)), written, row_group_size=ROWS)
@@ -139,9 +139,9 @@ def check_selection(source: Source, selection: Selection) -> Selection:
     named = [name for name in selection.columns if name != ALL]
     math = check_columns(source.file, named, source.period)
     schema, rows = source.file.schema_arrow, source.file.metadata.num_rows
-    wanted = set(() if ALL in selection.columns else named)
+    chosen_names = set(() if ALL in selection.columns else named)
     columns = tuple(
-        name for name in schema.names if name not in _ALWAYS and (not wanted or name in wanted)
+        name for name in schema.names if name not in _ALWAYS and (not chosen_names or name in chosen_names)
     )
     columns += tuple(math)
     stop = rows if selection.stop is None else min(selection.stop, rows)

@@ -100,7 +100,7 @@ def topics(columns: Sequence[str]) -> list[Topic]:
 
 def identifiers(names: Sequence[str], length_max: int = 63, taken: Iterable[str] = ()) -> list[str]:
     """Return different identifiers of letters, digits and underscores for some names."""
-    used, found = set(taken), []
+    used, unique_names = set(taken), []
     for name in names:
         plain = re.sub(r"[^A-Za-z0-9_]", "_", name)[:length_max]
         plain = plain if re.match(r"[A-Za-z]", plain) else f"c_{plain}"[:length_max]
@@ -109,8 +109,8 @@ def identifiers(names: Sequence[str], length_max: int = 63, taken: Iterable[str]
             unique = f"{plain[: length_max - len(str(number)) - 1]}_{number}"
             number += 1
         used.add(unique)
-        found.append(unique)
-    return found
+        unique_names.append(unique)
+    return unique_names
 
 
 def write_mcap(
@@ -135,13 +135,13 @@ def write_mcap(
     extras : Extras
         Metadata and attachments.
     """
-    found = topics(list(units))
+    file_topics = topics(list(units))
     file = _File(stream)
     file.put(Header(profile="", library=f"motionlab {__version__}"))
-    for number, topic in enumerate(found, start=1):
+    for number, topic in enumerate(file_topics, start=1):
         file.register(number, topic, {f: units[c] for c, f in _pairs(topic)})
     epoch = 1000 * round(created * 1e6)  # a double has no more digits
-    layout = _Layout(found)
+    layout = _Layout(file_topics)
     rows = max(1, _CHUNK // layout.template.size)
     sequence = 0
     for batch in batches:
@@ -163,10 +163,10 @@ def _pairs(topic: Topic) -> Iterable[tuple[str, str]]:
 class _Layout:
     """Where everything lies in the message records of one tick, all topics one after another."""
 
-    def __init__(self, found: Sequence[Topic]) -> None:
+    def __init__(self, topics: Sequence[Topic]) -> None:
         template, self.starts = b"", []
         self.places: dict[str, int] = {}
-        for number, topic in enumerate(found, start=1):
+        for number, topic in enumerate(topics, start=1):
             self.starts.append(len(template))
             fields = b""
             for index, column in enumerate(topic.columns, start=1):

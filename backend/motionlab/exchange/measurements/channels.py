@@ -96,8 +96,8 @@ class _Column:
 
     @property
     def si(self) -> str:
-        found = si_of(self.unit) if self.unit else None
-        return found[0] if found else ""
+        si_unit = si_of(self.unit) if self.unit else None
+        return si_unit[0] if si_unit else ""
 
 
 def read_measurement(file: MeasuredFile, options: ImportOptions) -> Measurement:
@@ -207,18 +207,18 @@ def _assigned(file: MeasuredFile, options: ImportOptions) -> list[_Column]:
     """Return the columns with their channels, given or guessed; each channel once."""
     columns = []
     for source in file.columns:
-        found = label(source.header, source.unit, bare=source.bare)
-        columns.append(_Column(source, found.name, found.unit))
-    given = _given(columns, parse_mapping(options.mapping))
-    taken = {mapping.channel for _, mapping in given.values()} - {"", "-"}
+        heading = label(source.header, source.unit, bare=source.bare)
+        columns.append(_Column(source, heading.name, heading.unit))
+    assignments = _assignments(columns, parse_mapping(options.mapping))
+    taken = {mapping.channel for _, mapping in assignments.values()} - {"", "-"}
     if options.rate is not None:
         taken.add("time")
     for index, column in enumerate(columns):
-        if index in given:
-            column.mapped, mapping = given[index]
+        if index in assignments:
+            column.mapped, mapping = assignments[index]
             column.channel, column.why = mapping.channel, "map"
             column.unit = mapping.unit or column.unit
-    guessed = [c for index, c in enumerate(columns) if index not in given]
+    guessed = [c for index, c in enumerate(columns) if index not in assignments]
     guesses = [(column, *_guess(column, own=file.own)) for column in guessed]
     timed = any(guess == "time" for _, guess, _ in guesses)
     instants = [column for column in guessed if column.source.instant]
@@ -257,11 +257,11 @@ def _vagueness(guess: tuple[_Column, str | None, str]) -> int:
     return 2 if GUESSED_AXIS in why else 1
 
 
-def _given(
+def _assignments(
     columns: Sequence[_Column], mappings: Sequence[Mapping]
 ) -> dict[int, tuple[int, Mapping]]:
     """Return number and mapping of each column that one is given for."""
-    found: dict[int, tuple[int, Mapping]] = {}
+    assignments: dict[int, tuple[int, Mapping]] = {}
     wrong = []
     channels: set[str] = set()
     for number, mapping in enumerate(mappings):
@@ -272,14 +272,14 @@ def _given(
             headers = ", ".join(c.source.header for c in columns[:30])
             message = "more than one column has that name" if places else "no column of that name"
             wrong.append(FieldError(f"map.{number}", message, mapping.column, f"one of {headers}"))
-        elif places[0] in found or mapping.channel in channels:
+        elif places[0] in assignments or mapping.channel in channels:
             wrong.append(FieldError(f"map.{number}", "comes twice", text))
         else:
-            found[places[0]] = (number, mapping)
+            assignments[places[0]] = (number, mapping)
             channels |= {mapping.channel} - {"", "-"}
     if wrong:
         raise ConfigError(*wrong)
-    return found
+    return assignments
 
 
 def _find_units(columns: Sequence[_Column]) -> None:
@@ -287,25 +287,25 @@ def _find_units(columns: Sequence[_Column]) -> None:
     for column in columns:
         if column.channel in {"", "-"}:
             continue
-        wanted = "s" if column.channel == "time" else TARGETS[column.channel].unit
+        si = "s" if column.channel == "time" else TARGETS[column.channel].unit
         if not column.unit and column.channel == "time":
             column.unit, why = unit_of_time(column.source.values)
             column.why += f"; {why}"
         elif not column.unit:
-            column.unit = _unit_like(columns, column, wanted)
+            column.unit = _unit_like(columns, column, si)
             column.why += "; unit from range"
         factor = si_of(column.unit)
-        if factor is None or factor[0] != wanted:
-            loc, allowed = f"map.{column.mapped}", f"a unit of {column.channel}, as in [{wanted}]"
+        if factor is None or factor[0] != si:
+            loc, allowed = f"map.{column.mapped}", f"a unit of {column.channel}, as in [{si}]"
             raise ConfigError(FieldError(loc, "has another unit", column.unit, allowed))
         column.factor = factor[1]
 
 
-def _unit_like(columns: Sequence[_Column], column: _Column, wanted: str) -> str:
-    if wanted == "1":
+def _unit_like(columns: Sequence[_Column], column: _Column, si: str) -> str:
+    if si == "1":
         return "1"
     kind = _quantity(column.channel)
-    alike = [c for c in columns if c.channel in TARGETS and TARGETS[c.channel].unit == wanted]
+    alike = [c for c in columns if c.channel in TARGETS and TARGETS[c.channel].unit == si]
     known = [c.unit for c in alike if c.unit and _quantity(c.channel) == kind]
     if not known and kind == "error":  # in the unit of the positions, as a rule
         known = [c.unit for c in alike if c.unit]
@@ -314,7 +314,7 @@ def _unit_like(columns: Sequence[_Column], column: _Column, wanted: str) -> str:
     shared = [c for c in alike if _quantity(c.channel) == kind] or [column]
     if kind == "error":
         shared = [c for c in alike if _quantity(c.channel) == "position"] or shared
-    return unit_by_range(wanted, max(float(np.nanmax(np.abs(c.source.values))) for c in shared))
+    return unit_by_range(si, max(float(np.nanmax(np.abs(c.source.values))) for c in shared))
 
 
 def _quantity(channel: str) -> str:
@@ -348,7 +348,7 @@ def _begun(file: MeasuredFile, columns: Sequence[_Column]) -> float | None:
 def _named(columns: Sequence[_Column]) -> list[tuple[_Column, str]]:
     """Return each column with its name in the run; empty for time and what is left out."""
     used = {c.channel for c in columns} | _RESERVED | set(TARGETS)
-    found = []
+    pairs = []
     for column in columns:
         name = column.channel
         if column.channel in {"time", "-"}:
@@ -359,8 +359,8 @@ def _named(columns: Sequence[_Column]) -> list[tuple[_Column, str]]:
             while name in used:
                 name, number = f"{plain} ({number})", number + 1
             used.add(name)
-        found.append((column, name))
-    return found
+        pairs.append((column, name))
+    return pairs
 
 
 def _described(file: MeasuredFile, column: _Column, name: str) -> ImportedColumn:
@@ -401,10 +401,10 @@ def _describe_times(document: Import, grid: Grid, file: MeasuredFile) -> None:
 def _missing_errors(data: Sequence[tuple[_Column, str]]) -> dict[str, tuple[_Column, _Column]]:
     """Return reference and measured position of each following error that is not in the file."""
     columns = {name: column for column, name in data}
-    found = {}
+    sources = {}
     for axis in AXES:
         reference, measured = f"{axis}.position_reference", f"{VARIANT}.{axis}.position_measured"
         error = f"{VARIANT}.{axis}.following_error"
         if error not in columns and reference in columns and measured in columns:
-            found[error] = columns[reference], columns[measured]
-    return found
+            sources[error] = columns[reference], columns[measured]
+    return sources

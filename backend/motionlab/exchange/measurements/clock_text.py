@@ -42,7 +42,7 @@ def instant(text: str, day_first: bool | None = None) -> int | None:
     """
     if not _LEAST <= len(text) <= _LONGEST or not text[0].isdigit():
         return None
-    match = next((found for form in _INSTANTS if (found := form.fullmatch(text))), None)
+    match = next((instant for form in _INSTANTS if (instant := form.fullmatch(text))), None)
     if match is None:
         return None
     day, time = _day(match, day_first), _of_day(match)
@@ -58,7 +58,7 @@ def day(text: str, day_first: bool | None = None) -> int | None:
     """Return a date, days since 1970."""
     if not _LEAST <= len(text) <= _LONGEST or not text[0].isdigit():
         return None
-    match = next((found for form in _DATES if (found := form.fullmatch(text))), None)
+    match = next((date for form in _DATES if (date := form.fullmatch(text))), None)
     return None if match is None else _day(match, day_first)
 
 

@@ -150,9 +150,9 @@ def _with_suffix(header: str) -> Label:
         name, *parts = header.rsplit("_", count)
         suffix = "_".join(parts).lower()
         if len(parts) == count and name:
-            found = _SUFFIXES.get(suffix) or (suffix if count == 1 and len(suffix) > 1 else "")
-            if si_of(found) is not None and found != "1":
-                return Label(name, found)
+            unit = _SUFFIXES.get(suffix) or (suffix if count == 1 and len(suffix) > 1 else "")
+            if si_of(unit) is not None and unit != "1":
+                return Label(name, unit)
     return Label(header, "")
 
 
@@ -201,16 +201,16 @@ def channel_of(name: str, si: str) -> tuple[str | None, str]:
     if not _only(words, _BESIDE) or (axis is None and (unknown or several)):
         return None, ""
     allowed = _QUANTITIES.get(si, ()) if si else tuple(q for v in _QUANTITIES.values() for q in v)
-    found = [quantity for quantity in allowed if quantity in kinds]
-    quantity = found[0] if found else (allowed[-1] if si and allowed else None)
+    quantities = [quantity for quantity in allowed if quantity in kinds]
+    quantity = quantities[0] if quantities else (allowed[-1] if si and allowed else None)
     if quantity is None and axis in words and set(words) <= {axis, *_KINDS} and not si:
         quantity = "position"  # x, x_ist
-    if quantity is None or (axis is None and not found):
+    if quantity is None or (axis is None and not quantities):
         return None, ""
     if quantity == "time":
         return "time", "unit"
     target = _target(quantity, axis or "x", kinds, words)
-    why = "name" if found else "axis and unit" if si else "name of the axis"
+    why = "name" if quantities else "axis and unit" if si else "name of the axis"
     return target, why if axis else f"{why}; {GUESSED_AXIS}"
 
 
@@ -258,7 +258,7 @@ def _words(name: str) -> list[str]:
     if plain.lower() in _KINDS:
         return [plain.lower()]
     words: list[str] = []
-    for word in (found.lower() for found in _WORD.findall(plain)):
+    for word in (part.lower() for part in _WORD.findall(plain)):
         current = re.fullmatch(r"i([abcuvw123])", word)
         joined = re.fullmatch(r"([xy])(soll|ist|ref|act|pos|err|cmd)", word)
         if joined:
@@ -360,7 +360,7 @@ def parse_mapping(texts: Sequence[str], loc: str = "map") -> list[Mapping]:
     ConfigError
         If a text has another form, or names a channel or a unit that is unknown.
     """
-    found, wrong = [], []
+    mappings, wrong = [], []
     for index, text in enumerate(texts):
         where = f"{loc}.{index}"
         match = _MAP.fullmatch(text)
@@ -372,12 +372,12 @@ def parse_mapping(texts: Sequence[str], loc: str = "map") -> list[Mapping]:
             allowed = "time, -, nothing, x.position_reference, M.x.position_measured, ..."
             wrong.append(FieldError(where, "no channel of that name", text, allowed))
         elif unit and channel not in {"", "-"}:
-            wanted = "s" if channel == "time" else TARGETS[channel].unit
+            expected = "s" if channel == "time" else TARGETS[channel].unit
             si = si_of(unit)
-            if si is None or si[0] != wanted:
-                allowed = ", ".join(map(spelt, UNITS[wanted]))
+            if si is None or si[0] != expected:
+                allowed = ", ".join(map(spelt, UNITS[expected]))
                 wrong.append(FieldError(where, "is no unit of that channel", text, allowed))
-        found.append(Mapping(match["column"].strip(), channel, unit))
+        mappings.append(Mapping(match["column"].strip(), channel, unit))
     if wrong:
         raise ConfigError(*wrong)
-    return found
+    return mappings

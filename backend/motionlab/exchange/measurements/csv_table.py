@@ -93,15 +93,15 @@ def read_csv(path: Path, values_max: int, delimiter: str = "", decimal: str = ""
         form = replace(form, decimal=_later_decimal(path, encoding, form.delimiter))
     layout = layout_of(form, lines)
     reader = _Reader(form, layout, values_max)
-    wanted = reader.wanted
-    values = reader.read(path, encoding, wanted)
+    indices = reader.indices
+    values = reader.read(path, encoding, indices)
     ignored = {
         header: "is text" if kind == "text" else "is the date of the clock beside it"
         for i, (header, kind) in enumerate(zip(layout.headers, layout.kinds, strict=True))
-        if i not in wanted
+        if i not in indices
     }
     columns = []
-    for index in wanted:
+    for index in indices:
         timed = layout.kinds[index] != "number"
         unit = "s" if timed else layout.units[index]
         columns.append(CsvColumn(layout.headers[index], unit, values[index], timed))
@@ -145,11 +145,11 @@ class _Reader:
         self._bad: Any = None
         dated = "clock" in self._kinds
         left_out = {"text", "date"} if dated else {"text"}
-        self.wanted = [i for i, kind in enumerate(self._kinds) if kind not in left_out]
+        self.indices = [i for i, kind in enumerate(self._kinds) if kind not in left_out]
 
     def begun(self, lines: Sequence[str]) -> float | None:
         """Return the instant of the first row, seconds since 1970, if the table has it."""
-        for index in self.wanted:
+        for index in self.indices:
             if self._kinds[index] in {"instant", "date"} and index in self._origins:
                 return self._origins[index] / clock_text.SECOND
         fields = self._form.split(lines[self._layout.first])
@@ -160,17 +160,17 @@ class _Reader:
                 return None if day is None else (day * clock_text.DAY + time) / clock_text.SECOND
         return None
 
-    def read(self, path: Path, encoding: str, wanted: list[int]) -> dict[int, NDArray[np.float64]]:
+    def read(self, path: Path, encoding: str, indices: list[int]) -> dict[int, NDArray[np.float64]]:
         """Return the values of the wanted columns."""
-        parts: dict[int, list[NDArray[np.float64]]] = {index: [] for index in wanted}
+        parts: dict[int, list[NDArray[np.float64]]] = {index: [] for index in indices}
         rows = 0
         try:
             with self._opened(path, encoding) as source:
-                for batch in self._batches(source, wanted):
-                    for index, column in zip(wanted, batch.columns, strict=True):
+                for batch in self._batches(source, indices):
+                    for index, column in zip(indices, batch.columns, strict=True):
                         parts[index].append(self._numbers(index, column, rows))
                     rows += batch.num_rows
-                    if rows * len(wanted) > self._values_max:
+                    if rows * len(indices) > self._values_max:
                         raise _refused(f"has more than {self._values_max} numbers")
         except pa.ArrowInvalid as error:
             if self._bad is None:
@@ -179,7 +179,7 @@ class _Reader:
             raise self._bad
         values: dict[int, NDArray[np.float64]] = {}
         filled = np.zeros(rows, dtype=bool)
-        for index in wanted:
+        for index in indices:
             values[index] = np.concatenate(parts.pop(index))
             if self._kinds[index] == "clock":
                 values[index] = _over_midnight(values[index])
@@ -194,7 +194,7 @@ class _Reader:
             plain = encoding in {"utf-8", "utf-8-sig"}
             yield file if plain else codecs.EncodedFile(file, "utf-8", encoding, errors="replace")
 
-    def _batches(self, source: Any, wanted: list[int]) -> Iterator[pa.RecordBatch]:
+    def _batches(self, source: Any, indices: list[int]) -> Iterator[pa.RecordBatch]:
         """Yield the texts of the wanted columns, block by block."""
         names = [str(index) for index in range(self._form.width)]
         yield from arrow_csv.open_csv(
@@ -212,7 +212,7 @@ class _Reader:
             ),
             convert_options=arrow_csv.ConvertOptions(
                 column_types=dict.fromkeys(names, pa.string()),
-                include_columns=[str(index) for index in wanted],
+                include_columns=[str(index) for index in indices],
                 strings_can_be_null=False,
             ),
         )

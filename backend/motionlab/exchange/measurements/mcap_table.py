@@ -101,19 +101,19 @@ def read_mcap(path: Path, values_max: int) -> McapTable:
         if not cut:
             why = str(error) or type(error).__name__
             raise _refused(f"is no MCAP file that can be read: {why}") from None
-    found = [topic for topic in topics.values() if topic.columns]
-    if not found:
+    numeric_topics = [topic for topic in topics.values() if topic.columns]
+    if not numeric_topics:
         others = "".join(f"; {topic}: {why}" for topic, why in [*ignored.items()][:5])
         what = "has no message with numbers, in JSON or as exports write them"
         if cut:
             what = "is no MCAP file that can be read: it ends before its first whole chunk"
         raise _refused(f"{what}{others}")
-    columns = sum(len(topic.columns) for topic in found)
+    columns = sum(len(topic.columns) for topic in numeric_topics)
     if columns > COLUMNS_MAX:
         raise _refused(f"has more than {COLUMNS_MAX} columns")
-    if columns * max(len(topic.times) for topic in found) > values_max:
+    if columns * max(len(topic.times) for topic in numeric_topics) > values_max:
         raise _refused(f"has more than {values_max} numbers")
-    table = _table(found, ignored, own=own)
+    table = _table(numeric_topics, ignored, own=own)
     if cut:
         table.notes.append(
             "the file ends in the middle: the recorder was cut off; messages after the last whole "
@@ -228,10 +228,10 @@ def _table(topics: list[_Topic], ignored: dict[str, str], *, own: bool) -> McapT
         if not near.all():
             ignored[topic.name] = f"{np.count_nonzero(~near)} messages lie between two instants"
         for name, column in topic.columns.items():
-            given = np.full(len(times), np.nan)
-            given[: len(column)] = column
+            samples = np.full(len(times), np.nan)
+            samples[: len(column)] = column
             values = np.full(len(instants), np.nan)
-            values[places[near]] = given[near]
+            values[places[near]] = samples[near]
             full = name if topic.own else _full(topic.name, name)
             columns.append((full, topic.units.get(name, ""), values))
     return McapTable(columns, ignored, first / 1e9, [], own)
@@ -284,12 +284,12 @@ def _scalars(
 
 def _floats(data: bytes, names: list[str]) -> dict[str, float]:
     """Return the fields of a message that an export wrote: a tag and four bytes each."""
-    found, place = {}, 0
+    fields, place = {}, 0
     for number, name in enumerate(names, start=1):
         place += 1 if number < 16 else 2
-        found[name] = float(np.frombuffer(data, "<f4", 1, place)[0])
+        fields[name] = float(np.frombuffer(data, "<f4", 1, place)[0])
         place += 4
-    return found
+    return fields
 
 
 def _prefixed(metadata: dict[str, str], prefix: str) -> dict[str, str]:

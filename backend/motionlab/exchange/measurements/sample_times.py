@@ -211,11 +211,11 @@ def resampled(
     ticks : int
         Number of wanted steps.
     """
-    found = np.empty(ticks)
+    samples = np.empty(ticks)
     for start in range(0, ticks, _BLOCK):
         steps = np.arange(start, min(start + _BLOCK, ticks), dtype=np.float64)
-        found[start : start + len(steps)] = _interpolated(grid, values, period * steps)
-    return found
+        samples[start : start + len(steps)] = _interpolated(grid, values, period * steps)
+    return samples
 
 
 def _interpolated(

@@ -89,7 +89,7 @@ class MeasuredFile:
         return f"line {row + int(first)}" if first is not None else f"row {row + 1}"
 
 
-def read_file(path: Path, said: ImportOptions = GUESSED) -> MeasuredFile:
+def read_file(path: Path, options: ImportOptions = GUESSED) -> MeasuredFile:
     """Read a file of any format that is imported; its content decides which.
 
     Raises
@@ -101,7 +101,7 @@ def read_file(path: Path, said: ImportOptions = GUESSED) -> MeasuredFile:
         head = stream.read(4)
     format = _MAGIC.get(head, "csv")
     readers = {"parquet": _read_parquet, "mat": _read_mat, "mcap": _read_mcap}
-    file = readers[format](path) if format in readers else _read_csv(path, said)
+    file = readers[format](path) if format in readers else _read_csv(path, options)
     check_text([(c.header, c.unit) for c in file.columns], loc="file: column")
     check_text(file.ignored, loc="file")
     empty = [column for column in file.columns if not np.isfinite(column.values).any()]
@@ -142,8 +142,8 @@ def _bounded(count: int) -> None:
         raise ConfigError(FieldError("file", "has too many numbers", count, bounds=bounds))
 
 
-def _read_csv(path: Path, said: ImportOptions) -> MeasuredFile:
-    table = read_csv(path, VALUES_MAX, said.delimiter, said.decimal)
+def _read_csv(path: Path, options: ImportOptions) -> MeasuredFile:
+    table = read_csv(path, VALUES_MAX, options.delimiter, options.decimal)
     columns = [FileColumn(original(c.header), c.unit, c.values, c.instant) for c in table.columns]
     return MeasuredFile(
         "csv", columns, table.ignored, table.facts, table.begun, table.notes, table.own
@@ -151,12 +151,12 @@ def _read_csv(path: Path, said: ImportOptions) -> MeasuredFile:
 
 
 def _read_parquet(path: Path) -> MeasuredFile:
-    found = MeasuredFile("parquet", [])
+    measured = MeasuredFile("parquet", [])
     try:
         with parquet.ParquetFile(path) as file:
             schema = file.schema_arrow
-            found.own = _is_own(schema)
-            found.ignored = {f.name: f"is {f.type}" for f in schema if not _numeric(f.type)}
+            measured.own = _is_own(schema)
+            measured.ignored = {f.name: f"is {f.type}" for f in schema if not _numeric(f.type)}
             numbers = [f.name for f in schema if _numeric(f.type)]
             groups = [file.metadata.row_group(i) for i in range(file.metadata.num_row_groups)]
             rows = max(file.metadata.num_rows, sum(group.num_rows for group in groups))
@@ -170,11 +170,11 @@ def _read_parquet(path: Path) -> MeasuredFile:
                     table = file.read([each.name], use_threads=False)
                     # A name that stands twice gives all columns of that name.
                     at = before[each.name] if counts[each.name] > 1 else 0
-                    _add(found, each, table.column(at))
+                    _add(measured, each, table.column(at))
                 before[each.name] += 1
     except (OSError, pa.ArrowException, UnicodeError) as error:
         raise refused(f"is no Parquet file that can be read: {error}") from None
-    return found
+    return measured
 
 
 def _refuse_repeated(counts: Counter[str]) -> None:
@@ -244,20 +244,20 @@ def _read_mat(path: Path) -> MeasuredFile:
     roots = {name: value for name, value in content.items() if not name.startswith("__")}
     single = next(iter(roots.values())) if len(roots) == 1 else None
     ignored: dict[str, str] = {}
-    found = list(_numbers("", vars(single) if _is_struct(single) else roots, 0, ignored))
+    vectors = list(_numbers("", vars(single) if _is_struct(single) else roots, 0, ignored))
     units, names = _described(single)
-    if not found:
+    if not vectors:
         raise refused("has no vector of numbers")
-    lengths = Counter(len(values) for _, values in found)
+    lengths = Counter(len(values) for _, values in vectors)
     rows = max(lengths, key=lambda length: (lengths[length] * (length > 1), length))
     if names:
         ignored.clear()  # texts that describe the run
     ignored |= {
         name: f"has {len(values)} values instead of {rows}"
-        for name, values in found
+        for name, values in vectors
         if len(values) != rows
     }
-    kept = [(name, values) for name, values in found if len(values) == rows]
+    kept = [(name, values) for name, values in vectors if len(values) == rows]
     _bounded(rows * len(kept))
     columns = [
         FileColumn(names.get(n, n), units.get(n, ""), values.astype(np.float64), bare=bool(names))

@@ -222,8 +222,8 @@ def _away(
         u = np.clip(
             u + (gap * slope).sum(axis=1) / np.maximum((slope**2).sum(axis=1), 1e-300), 0, 1
         )
-    found = ((_bernstein(a, b, c, d, u) - places) ** 2).sum(axis=1)
-    return np.sqrt(np.minimum(best, found)), edge
+    squares = ((_bernstein(a, b, c, d, u) - places) ** 2).sum(axis=1)
+    return np.sqrt(np.minimum(best, squares)), edge
 
 
 def _bernstein(a: Array, b: Array, c: Array, d: Array, u: Array) -> Array:

@@ -131,18 +131,18 @@ def _words(content: str, number: int, *, numbered: bool) -> list[tuple[str, str]
     text = _BLANKS.sub("", text)
     words, at = [], 0
     while at < len(text):
-        found = _WORD.match(text, at)
-        if found is None or len(found[2]) > _DIGITS_MAX:
+        match = _WORD.match(text, at)
+        if match is None or len(match[2]) > _DIGITS_MAX:
             what = "cannot be read; a letter and a number are expected"
             raise _refused(number, what, text[at : at + 20])
-        letter, value = found[1].upper(), found[2]
+        letter, value = match[1].upper(), match[2]
         if letter in "GM":
             whole = float(value)
             value = f"{whole:.1f}".removesuffix(".0")
             if float(value) != whole:
-                raise _refused(number, "is no word that is understood", f"{letter}{found[2]}")
+                raise _refused(number, "is no word that is understood", f"{letter}{match[2]}")
         words.append((letter, value))
-        at = found.end()
+        at = match.end()
     return words
 
 
@@ -398,8 +398,8 @@ class _Machine:
         if self.rapids:
             drawing.notes.append("rapid moves run at the speed of the others")
         if self.left_out:
-            found = ", ".join(f"{word} ({count})" for word, count in self.left_out.items())
-            drawing.notes.append(f"left out: {found}")
+            counts = ", ".join(f"{word} ({count})" for word, count in self.left_out.items())
+            drawing.notes.append(f"left out: {counts}")
         if self.dwells:
             longest = max(self.dwells.values())
             drawing.notes.append(f"P of G4 is taken for seconds: the longest rest is {longest:g} s")

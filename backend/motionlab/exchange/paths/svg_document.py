@@ -282,18 +282,18 @@ class _Reader:
     def _list(self, text: str, key: str) -> list[float]:
         values, at = [], skipped(text, 0)
         while at < len(text):
-            found = _NUMBERS.match(text, at)
-            if found is None:
+            match = _NUMBERS.match(text, at)
+            if match is None:
                 self._refuse(f"{key} has no number where one is expected", text[at : at + 20])
-            values.append(self._finite(found[0], key))
-            at = skipped(text, found.end())
+            values.append(self._finite(match[0], key))
+            at = skipped(text, match.end())
         return values
 
     def _length(self, text: str, key: str) -> tuple[float, str]:
-        found = _LENGTH.match(text) if len(text) < 100 else None
-        if found is None:
+        match = _LENGTH.match(text) if len(text) < 100 else None
+        if match is None:
             self._refuse(f"{key} is no length", text)
-        return self._finite(found[1], key), found[2] or ""
+        return self._finite(match[1], key), match[2] or ""
 
     def _pixels(self, text: str, key: str) -> str:
         number, unit = self._length(text, key)
@@ -306,12 +306,12 @@ class _Reader:
     def _transform(self, text: str) -> str:
         at = 0
         while at < len(text):
-            found = _FUNCTION.match(text, at)
-            if found is None:
+            match = _FUNCTION.match(text, at)
+            if match is None:
                 self._refuse("transform cannot be read", text[at : at + 40])
-            if len(self._list(found[2], "transform")) not in _ARGUMENTS[found[1]]:
-                self._refuse("transform has another number of arguments", found[0].strip())
-            at = found.end()
+            if len(self._list(match[2], "transform")) not in _ARGUMENTS[match[1]]:
+                self._refuse("transform has another number of arguments", match[0].strip())
+            at = match.end()
         return text
 
     def _path(self, text: str) -> tuple[str, int]:

@@ -73,17 +73,17 @@ def _number(text: str, at: int, command: str, k: int) -> tuple[float, int]:
         if text[at : at + 1] not in {"0", "1"}:
             raise PathError("path has no flag, 0 or 1, in an arc", text[at : at + _SHOWN])
         return float(text[at]), skipped(text, at + 1)
-    found = _NUMBERS.match(text, at)
-    if found is None:
+    match = _NUMBERS.match(text, at)
+    if match is None:
         what = f"path lacks a number: {command} takes {_COMMANDS[command]}"
         raise PathError(what, text[at : at + _SHOWN])
-    return float(found[0]), skipped(text, found.end())
+    return float(match[0]), skipped(text, match.end())
 
 
 def skipped(text: str, at: int) -> int:
     """Return where the next sign stands after blanks and commas."""
-    found = _BETWEEN.match(text, at)
-    return found.end() if found else at
+    match = _BETWEEN.match(text, at)
+    return match.end() if match else at
 
 
 class _Pen:

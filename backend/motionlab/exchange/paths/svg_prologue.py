@@ -70,15 +70,15 @@ class _Prologue:
 
     def _check_references(self) -> None:
         begin, total = self.parser.CurrentByteIndex, 0
-        for found in _REFERENCE.finditer(self._content[begin:].decode()):
-            length = self._length(found[1])
+        for reference in _REFERENCE.finditer(self._content[begin:].decode()):
+            length = self._length(reference[1])
             total += length or 0
             if length is None or total > _EXPANDED_MAX:
-                place = len(found.string[: found.start()].encode())
+                place = len(reference.string[: reference.start()].encode())
                 line = self._content.count(b"\n", 0, begin + place) + 1
                 what = "lies in another file" if length is None else "expands too far"
                 message = f"uses an entity that {what}"
-                raise ConfigError(FieldError(f"line {line}", message, found[1]))
+                raise ConfigError(FieldError(f"line {line}", message, reference[1]))
 
     def _start(self, full: str, _: dict[str, str]) -> None:
         self._within = full.rpartition(" ")[2] == "style"

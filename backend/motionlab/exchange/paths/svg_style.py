@@ -91,11 +91,11 @@ def _transform(value: str) -> str:
         return ""
     parts, at = [], 0
     while at < len(value):
-        found = _FUNCTION.match(value, at)
-        if found is None:
+        match = _FUNCTION.match(value, at)
+        if match is None:
             raise StyleError("style: transform cannot be read", value)
-        parts.append(_function(found[1].lower(), found[2].split(","), value))
-        at = found.end()
+        parts.append(_function(match[1].lower(), match[2].split(","), value))
+        at = match.end()
     return " ".join(parts)
 
 
@@ -103,10 +103,10 @@ def _function(name: str, texts: list[str], whole: str) -> str:
     angle = name in {"rotate", "skewx", "skewy"}
     arguments = []
     for text in texts:
-        found = _VALUE.match(text) if len(text) < _LONGEST_VALUE else None
-        if found is None or ((found[2] or "") in _DEGREES) != (angle and found[2] is not None):
+        match = _VALUE.match(text) if len(text) < _LONGEST_VALUE else None
+        if match is None or ((match[2] or "") in _DEGREES) != (angle and match[2] is not None):
             raise StyleError("style: transform cannot be read; lengths are px, angles deg", whole)
-        arguments.append(repr(float(found[1]) * _DEGREES.get(found[2] or "", 1.0)))
+        arguments.append(repr(float(match[1]) * _DEGREES.get(match[2] or "", 1.0)))
     if name in _ONE_AXIS and len(arguments) == 1:
         function, form = _ONE_AXIS[name]
         return f"{function}({form.format(*arguments)})"
@@ -152,7 +152,7 @@ class Sheet:
         if not self._hiding:
             return {}
         classes = [f".{each}" for each in attributes.get("class", "").split()[:100]]
-        found: dict[str, str] = {}
+        properties: dict[str, str] = {}
         for selector in ("*", name, *classes, f"#{attributes.get('id', '')}"):
-            found |= self._hiding.get(selector, {})
-        return found
+            properties |= self._hiding.get(selector, {})
+        return properties

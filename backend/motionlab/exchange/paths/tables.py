@@ -144,7 +144,7 @@ def _header(
     cells: list[str], number: int, unit: str, drawing: Drawing
 ) -> dict[str, tuple[int, float]]:
     """Return the column of each quantity, and its unit in SI."""
-    found: dict[str, tuple[int, float]] = {}
+    columns: dict[str, tuple[int, float]] = {}
     left_out = []
     for column, cell in enumerate(cells):
         plain = " ".join(cell.lower().replace("\u00b5", "u").replace("\u03bc", "u").split())
@@ -153,19 +153,19 @@ def _header(
         if match is None or name is None:
             left_out.append(cell)
             continue
-        if name in found:
+        if name in columns:
             raise _refused(number, "names a column that was named before", cell)
         units = _TIMES if name == "time" else UNITS
-        said = match[2] or ("s" if name == "time" else unit)
-        if said not in units:
+        unit_text = match[2] or ("s" if name == "time" else unit)
+        if unit_text not in units:
             raise _refused(number, "has a unit that is not known", cell, range=", ".join(units))
-        found[name] = column, units[said]
-    if "x" not in found or "y" not in found:
+        columns[name] = column, units[unit_text]
+    if "x" not in columns or "y" not in columns:
         shown = ", ".join(cells)
         raise _refused(number, "is neither numbers nor a header that names x and y", shown)
     if left_out:
         drawing.notes.append(f"columns left out: {', '.join(left_out)}"[:200])
-    return found
+    return columns
 
 
 def _row(
