@@ -54,13 +54,13 @@ def cusps(config: DrawnPath) -> list[Cusp]:
     ways = ways[np.sum(before * after, axis=1) < 0.0]
     ways = ways[np.diff(ways, prepend=-np.inf) > 2.0 * _REACH]  # each once
     places, _, _ = curve.path(ways)
-    found = []
+    turns = []
     for (x, y), way in zip(places.tolist(), ways.tolist(), strict=True):
         nearest = int(np.argmin(np.abs(curve.marks - way)))
         at_point = abs(float(curve.marks[nearest]) - way) < _AT_POINT
         edge = nearest if at_point else int(np.searchsorted(curve.marks, way)) - 1
-        found.append(Cusp((x, y), way, edge, at_point))
-    return found
+        turns.append(Cusp((x, y), way, edge, at_point))
+    return turns
 
 
 def cusp_note(config: TrajectoryConfig) -> str:
@@ -71,14 +71,14 @@ def cusp_note(config: TrajectoryConfig) -> str:
     if isinstance(config, Sequence):
         notes = (f"parts.{k}: {cusp_note(part)}" for k, part in enumerate(config.parts))
         return next((note for note in notes if not note.endswith(": ")), "")
-    if not isinstance(config, DrawnPath) or not (found := cusps(config)):
+    if not isinstance(config, DrawnPath) or not (turns := cusps(config)):
         return ""
-    (x, y), way, edge, at_point = found[0]
+    (x, y), way, edge, at_point = turns[0]
     corner = edge if at_point else edge + 1
     shifted = [k + (not at_point and k > edge) for k in config.corners]
     corners = sorted([*shifted, corner])
     what = "a corner" if at_point else f"a point between points {edge} and {edge + 1} and a corner"
-    more = f"; {len(found) - 1} more" if found[1:] else ""
+    more = f"; {len(turns) - 1} more" if turns[1:] else ""
     law = ", and take a law that stops there" if config.law == "constant_speed" else ""
     return (
         f"the spline turns back on the spot at x = {x:.6g} m, y = {y:.6g} m, s = {way:.6g} m along "

@@ -49,7 +49,7 @@ def check(reference: Reference, limits: MotionLimits, *, span: Span = ALWAYS) ->
     first: tuple[int, Demand] | None = None
     for demand in demands(reference, limits, span=span):
         tick = int(np.argmax(demand.beyond != 0))
-        if demand.found and (first is None or tick < first[0]):
+        if demand.violations and (first is None or tick < first[0]):
             first = tick, demand
     if first is not None:
         tick, demand = first

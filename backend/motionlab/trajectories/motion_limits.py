@@ -157,7 +157,7 @@ class Demand:
     reserve: float
     reach: Reach
     beyond: Flags
-    found: int
+    violations: int
     peaks: Ticks
 
     def value_at(self, quantity: int, tick: int) -> float:
@@ -175,7 +175,7 @@ class Demand:
 
     def outside(self, quantity: int) -> Intervals | None:
         """Return where a quantity is outside its limit, None for nowhere."""
-        if not self.found >> quantity & 1:
+        if not self.violations >> quantity & 1:
             return None
         ticks, amounts = _intervals(
             quantity, self.beyond, self.samples, self.limits[quantity], self.reach
@@ -281,7 +281,7 @@ def _survey(
     """Return which quantities are outside at each tick and at any, and where each is largest."""
     position, velocity, acceleration, thrust, end = samples
     (hard, available), (start, stop) = reach, during
-    found = 0
+    violations = 0
     n = len(position)
     beyond = np.zeros(n + 1, dtype=np.uint8)
     peaks = np.zeros(len(allowed), dtype=np.int64)
@@ -291,7 +291,7 @@ def _survey(
     h = 0
     for k in range(n):
         now = velocity[k]
-        asked = (
+        magnitudes = (
             abs(position[k]),
             abs(_jump(position[k] - position[k - 1], now, before)) if k > 0 else 0.0,
             abs(now),
@@ -299,10 +299,10 @@ def _survey(
         )
         flags = 0
         for i in range(_THRUST):
-            if asked[i] > bounds[i]:
+            if magnitudes[i] > bounds[i]:
                 flags |= 1 << i
-            if asked[i] > largest[i]:
-                largest[i], peaks[i] = asked[i], k
+            if magnitudes[i] > largest[i]:
+                largest[i], peaks[i] = magnitudes[i], k
         force, limit = abs(thrust[k]), allowed[_THRUST]
         if h < len(hard) and hard[h] == k:
             limit = available[h]
@@ -314,14 +314,14 @@ def _survey(
             largest[_THRUST], peaks[_THRUST] = share, k
         if start <= k < stop:
             beyond[k] = flags
-            found |= flags
+            violations |= flags
         before = now
     if abs(end) > largest[_POSITION]:
         peaks[_POSITION] = n
     if abs(end) > bounds[_POSITION] and start <= n < stop:
         beyond[n] = 1 << _POSITION
-        found |= 1 << _POSITION
-    return beyond, found, peaks
+        violations |= 1 << _POSITION
+    return beyond, violations, peaks
 
 
 @cached

@@ -169,7 +169,7 @@ def _once_round(q: Array, length: float) -> Array:
 @cached
 def locate(marks: Array, q: Array) -> NDArray[np.int64]:
     """Return the interval between marks that holds each q; fast where q hardly jumps."""
-    found = np.empty(len(q), dtype=np.int64)
+    intervals = np.empty(len(q), dtype=np.int64)
     last = len(marks) - 2
     i = 0
     if len(q):
@@ -179,8 +179,8 @@ def locate(marks: Array, q: Array) -> NDArray[np.int64]:
             i += 1
         while i > 0 and q[k] < marks[i]:
             i -= 1
-        found[k] = i
-    return found
+        intervals[k] = i
+    return intervals
 
 
 def cubics(points: Sequence[Vector], *, closed: bool, corners: Sequence[int] = ()) -> Array:
@@ -224,10 +224,10 @@ def slow_places(points: Sequence[Vector], *, closed: bool, corners: Sequence[int
     change = slope(start + width) - first
     share = -np.sum(first * change, axis=1) / np.maximum(np.sum(change**2, axis=1), 1e-300)
     least = np.hypot(*(first + share[:, None] * change).T)
-    found = (np.abs(share - 0.5) < 0.51) & (least < 0.1 * arc_lengths[-1] / knots[-1])
+    candidates = (np.abs(share - 0.5) < 0.51) & (least < 0.1 * arc_lengths[-1] / knots[-1])
     ways = [
         arc_lengths[i] + _arcs(cubic[:, edge[i]], start[i : i + 1], u)[0][0]
-        for i in np.flatnonzero(found)
+        for i in np.flatnonzero(candidates)
         for u in [start[i : i + 1] + np.clip(share[i], 0.0, 1.0) * width[i]]
     ]
     return np.array(ways)

@@ -313,5 +313,5 @@ def _numbers(axis: PlannedAxis) -> tuple[float, ...]:
 
 
 def _resampled(values: tuple[float, ...], size: int) -> Array:
-    given = len(values)
-    return np.interp(np.arange(size) * given / size, np.arange(given), values, period=given)
+    count = len(values)
+    return np.interp(np.arange(size) * count / size, np.arange(count), values, period=count)

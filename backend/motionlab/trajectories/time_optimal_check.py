@@ -47,10 +47,10 @@ def joined(legs: Sequence[Cells]) -> Cells:
 @cached
 def on_cells(cells: Cells, u: Array) -> Law:
     """Return the arc length and its derivatives at each time."""
-    found = locate(cells.time, u)
+    cell_numbers = locate(cells.time, u)
     way, rate, second = np.empty(len(u)), np.empty(len(u)), np.empty(len(u))
     for k in range(len(u)):
-        i = found[k]
+        i = cell_numbers[k]
         width = cells.time[i + 1] - cells.time[i]
         r = min(max((u[k] - cells.time[i]) / width, 0.0), 1.0)
         v_0, v_1 = cells.speed[i], cells.speed[i + 1]
@@ -79,7 +79,7 @@ def shares(motor: Motor, along: Along, seen: Nodes, speed: Array, gain: Array) -
     speed, gain : ndarray, shape (ticks,)
         Speed and acceleration along the path, m/s and m/s^2.
     """
-    found = np.empty(len(speed))
+    ratios = np.empty(len(speed))
     before = np.zeros(2)
     gained = 0.0
     for k in range(len(speed)):
@@ -104,17 +104,17 @@ def shares(motor: Motor, along: Along, seen: Nodes, speed: Array, gain: Array) -
             sign = 1.0 if force > 0.0 else -1.0
             reach = available(motor, axis, 1 if force > 0.0 else 0, seen.place[k, axis])
             left = reach - sign * against
-            asked = sign * mass * a_axis
-            if asked > 0.0:
-                most = max(most, asked / left if left > 0.0 else _FAR_BEYOND)
+            thrust = sign * mass * a_axis
+            if thrust > 0.0:
+                most = max(most, thrust / left if left > 0.0 else _FAR_BEYOND)
             elif sign * force > reach:
                 most = _FAR_BEYOND
-        found[k] = min(most, _FAR_BEYOND)
-    return found
+        ratios[k] = min(most, _FAR_BEYOND)
+    return ratios
 
 
 @cached
-def tighten(time: Array, found: Array, share: Array, step: float, tighter: float) -> bool:
+def tighten(time: Array, ratios: Array, share: Array, step: float, tighter: float) -> bool:
     """Reduce the share of the limits used around ticks that exceed them; tell whether any did.
 
     Parameters
@@ -133,13 +133,13 @@ def tighten(time: Array, found: Array, share: Array, step: float, tighter: float
     worst = np.ones(len(time))
     i, last = 0, len(time) - 1
     beyond = False
-    for k in range(len(found)):
+    for k in range(len(ratios)):
         while i < last - 1 and time[i + 1] <= k * step:
             i += 1
-        if found[k] > 1.0:
+        if ratios[k] > 1.0:
             beyond = True
             for near in range(max(i - 2, 0), min(i + 4, last + 1)):
-                worst[near] = max(worst[near], found[k])
+                worst[near] = max(worst[near], ratios[k])
     for k in range(len(time)):
         if worst[k] > 1.0:
             share[k] *= tighter / worst[k]

@@ -95,7 +95,7 @@ def ceiling(motor: Motor, nodes: Nodes, along: Along) -> Array:
     """
     n = len(nodes.way)
     length = nodes.way[n - 1] - nodes.way[0]
-    found = np.empty(n)
+    squares = np.empty(n)
     for k in range(n):
         x = along.v_max**2
         for axis in range(2):
@@ -118,21 +118,21 @@ def ceiling(motor: Motor, nodes: Nodes, along: Along) -> Array:
                 else:
                     least = middle
             x = least
-        found[k] = max(x, _SLOWEST)
-    return found
+        squares[k] = max(x, _SLOWEST)
+    return squares
 
 
 @cached
 def lowest(ways: Array, values: Array, places: Array, limits: Array) -> Array:
     """Return values at nodes, no larger than the limits at the places around each."""
-    found = np.minimum(values, np.interp(ways, places, limits))
+    minima = np.minimum(values, np.interp(ways, places, limits))
     k, last = 0, len(ways) - 1
     for i in range(len(places)):
         while k < last and 0.5 * (ways[k] + ways[k + 1]) < places[i]:
             k += 1
         if 0 < k < last:
-            found[k] = min(found[k], limits[i])
-    return found
+            minima[k] = min(minima[k], limits[i])
+    return minima
 
 
 @cached
@@ -158,16 +158,16 @@ def places_between(ends: tuple[float, float], count: int) -> Array:
     """Return places evenly spaced, but close to each other at the ends, where motion is slow."""
     first, last = ends
     step = (last - first) / (count - 1)
-    found = np.empty(count + 2 * (_CLOSE_BY - 1))
-    for k in range(len(found)):
-        left, right = k, len(found) - 1 - k
+    places = np.empty(count + 2 * (_CLOSE_BY - 1))
+    for k in range(len(places)):
+        left, right = k, len(places) - 1 - k
         if left < _CLOSE_BY:
-            found[k] = first + step * (left / _CLOSE_BY) ** 3
+            places[k] = first + step * (left / _CLOSE_BY) ** 3
         elif right < _CLOSE_BY:
-            found[k] = last - step * (right / _CLOSE_BY) ** 3
+            places[k] = last - step * (right / _CLOSE_BY) ** 3
         else:
-            found[k] = first + step * (left - _CLOSE_BY + 1)
-    return found
+            places[k] = first + step * (left - _CLOSE_BY + 1)
+    return places
 
 
 @cached
@@ -195,9 +195,9 @@ def spaced(way: Array, x: Array, every: float, fewest: int, most: int) -> tuple[
         while i < n - 2 and time[i + 1] <= at:
             i += 1
         passed = min(at - time[i], time[i + 1] - time[i])
-        found = speed[i] + (speed[i + 1] - speed[i]) * passed / (time[i + 1] - time[i])
-        ways[k] = way[i] + 0.5 * (speed[i] + found) * passed
-        free[k] = max(found * found, _SLOWEST)
+        velocity = speed[i] + (speed[i + 1] - speed[i]) * passed / (time[i + 1] - time[i])
+        ways[k] = way[i] + 0.5 * (speed[i] + velocity) * passed
+        free[k] = max(velocity * velocity, _SLOWEST)
     ways[len(ways) - 1] = way[n - 1]
     return ways, free
 

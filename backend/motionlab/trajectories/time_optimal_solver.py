@@ -35,18 +35,18 @@ class _Spacing(NamedTuple):
 @cached
 def _spacing(way: Array) -> _Spacing:
     n = len(way)
-    found = _Spacing(np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n))
+    spacing = _Spacing(np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n))
     for k in range(1, n - 1):
         width = way[k + 1] - way[k]
         apart = 0.5 * (way[k + 1] - way[k - 1])
-        found.apart[k] = apart
-        found.right[k] = 0.5 * (way[k] - way[k - 1]) / apart
-        found.left[k] = 1.0 - found.right[k]
+        spacing.apart[k] = apart
+        spacing.right[k] = 0.5 * (way[k] - way[k - 1]) / apart
+        spacing.left[k] = 1.0 - spacing.right[k]
         if k < n - 2:
             further = 0.5 * (way[k + 2] - way[k])
-            found.before[k], found.after[k] = 1.0 / (apart * width), 1.0 / (further * width)
-            found.faster[k] = _faster(way, k)
-    return found
+            spacing.before[k], spacing.after[k] = 1.0 / (apart * width), 1.0 / (further * width)
+            spacing.faster[k] = _faster(way, k)
+    return spacing
 
 
 @cached

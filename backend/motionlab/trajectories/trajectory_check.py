@@ -167,9 +167,9 @@ def examine(trajectory: TrajectoryConfig, limits: LimitSets, *, bins: int) -> Ex
     one = _one_lap(trajectory) if all(span == ALWAYS for span, _ in limits) else trajectory
     reference = sample(one)
     laps_left = 0 if one is trajectory else _laps(trajectory) - 1
-    found = [each for span, most in limits for each in demands(reference, most, span=span)]
-    violations, count = _worst(reference, found)
-    first = found[: len(AXES)]
+    all_demands = [each for span, most in limits for each in demands(reference, most, span=span)]
+    violations, count = _worst(reference, all_demands)
+    first = all_demands[: len(AXES)]
     size = max(1, -(-reference.ticks // bins))
     return Examination(
         duration=(reference.ticks + laps_left * reference.period) * CONTROL_PERIOD,
@@ -185,7 +185,7 @@ def examine(trajectory: TrajectoryConfig, limits: LimitSets, *, bins: int) -> Ex
         step=size * CONTROL_PERIOD,
         profiles=[
             *_profiles(reference, first, limits[0][1], size),
-            _flags(found, size),
+            _flags(all_demands, size),
         ],
         peaks=_peaks(first),
         violations=violations,
@@ -215,11 +215,11 @@ def _laps(trajectory: TrajectoryConfig) -> int:
     return getattr(trajectory, "laps", 1)
 
 
-def _worst(reference: Reference, found: list[Demand]) -> tuple[list[LimitViolation], int]:
+def _worst(reference: Reference, demands: list[Demand]) -> tuple[list[LimitViolation], int]:
     """Return the worst intervals outside a limit, and how many there are."""
     outside = [
         each
-        for demand in found
+        for demand in demands
         for quantity in range(len(QUANTITIES))
         if (each := demand.outside(quantity)) is not None
     ]
@@ -248,7 +248,7 @@ def _violation(reference: Reference, outside: Intervals, index: int) -> LimitVio
 
 
 def _profiles(
-    reference: Reference, found: list[Demand], limits: MotionLimits, size: int
+    reference: Reference, demands: list[Demand], limits: MotionLimits, size: int
 ) -> Iterable[Profile]:
     """Yield position, speed and, per axis, required and available quantities."""
     for axis, name in enumerate(AXES):
@@ -256,8 +256,8 @@ def _profiles(
         yield Profile(f"{name}.position", "m", first, first)
     yield Profile("speed", "m/s", *_speed(reference.velocity, size))
     for axis, name in enumerate(AXES):
-        asked = found[axis].samples
-        curves = _decimated(asked.velocity, asked.acceleration, asked.thrust, size)
+        samples = demands[axis].samples
+        curves = _decimated(samples.velocity, samples.acceleration, samples.thrust, size)
         for (quantity, unit), (low, high) in zip(_CURVES.items(), curves, strict=True):
             yield Profile(f"{name}.{quantity}", unit, low, high)
         place = reference.position[::size, axis]
@@ -314,11 +314,11 @@ def _way(position: Array) -> float:
     return way
 
 
-def _flags(found: list[Demand], size: int) -> Profile:
+def _flags(demands: list[Demand], size: int) -> Profile:
     """Return which quantities are outside their limits somewhere in each bin."""
-    shown = np.zeros(-(-(len(found[0].beyond) - 1) // size), dtype=np.uint8)
-    for demand in found:
-        if demand.found:
+    shown = np.zeros(-(-(len(demands[0].beyond) - 1) // size), dtype=np.uint8)
+    for demand in demands:
+        if demand.violations:
             _collect(demand.beyond, size, shown)
     flags = shown.astype(np.float32)
     return Profile("violated", "1", flags, flags)
@@ -331,10 +331,10 @@ def _collect(beyond: Flags, size: int, shown: Flags) -> None:
         shown[min(k // size, len(shown) - 1)] |= beyond[k]
 
 
-def _peaks(found: list[Demand]) -> list[Peak]:
+def _peaks(demands: list[Demand]) -> list[Peak]:
     """Return the peak of each quantity; of thrust, the largest share of the available one."""
     peaks = []
-    for demand in found:
+    for demand in demands:
         for quantity, tick in enumerate(demand.peaks.tolist()):
             value = abs(demand.value_at(quantity, tick))
             limit = demand.limit_at(quantity, tick)
