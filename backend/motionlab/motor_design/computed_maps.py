@@ -30,9 +30,9 @@ def computed_or_kept(
     StoreError
         If it cannot be kept; `StoreFull`, before it is computed, where there is no room.
     """
-    found = store.find(geometry, preset)
-    if found is not None:
-        return found, True
+    kept_map = store.find(geometry, preset)
+    if kept_map is not None:
+        return kept_map, True
     store.check_room()
     made = compute(geometry, preset, workers=workers, progress=progress)
     store.keep(made)
@@ -49,9 +49,9 @@ def run(plan: MapRequest, progress: Progress | None = None) -> ForceMap:
     return computed_or_kept(kept_maps(), plan.geometry, plan.preset, progress=progress)[0]
 
 
-def document(found: ForceMap) -> MapEntry:
+def document(force_map: ForceMap) -> MapEntry:
     """Return a map's document without its tables."""
-    return entry(found, name=found.document.content_hash, shipped=False)
+    return entry(force_map, name=force_map.document.content_hash, shipped=False)
 
 
 def too_many_nodes(geometry: Geometry, preset: PresetName, most: int) -> list[FieldError]:

@@ -40,8 +40,8 @@ def design(request: Mapping[str, Any]) -> DesignDocument:
         checked = DesignRequest.model_validate(_upon_preset(request))
     except ValidationError as error:
         # A key that is no text, half of a surrogate pair, fails the table as a whole.
-        found = (replace(e, loc=e.loc or "design") for e in field_errors(error, DesignRequest))
-        raise ConfigError(*found) from None
+        problems = (replace(e, loc=e.loc or "design") for e in field_errors(error, DesignRequest))
+        raise ConfigError(*problems) from None
     except RecursionError:
         raise ConfigError(FieldError(loc="design", message="is nested too deeply")) from None
     preset = PRESETS[checked.preset]

@@ -330,10 +330,10 @@ class Axis(Config):
 
     @model_validator(mode="before")
     @classmethod
-    def _platform_follows_mass(cls, given: Any) -> Any:
-        if isinstance(given, dict) and "mass" in given:
-            return {"platform_mass": None, **given}
-        return given
+    def _platform_follows_mass(cls, tables: Any) -> Any:
+        if isinstance(tables, dict) and "mass" in tables:
+            return {"platform_mass": None, **tables}
+        return tables
 
     def resolved(self) -> Self:
         """Return a copy with ``platform_mass`` filled in."""

@@ -49,18 +49,18 @@ class MapStore:
 
     def find(self, geometry: Geometry, preset: PresetName) -> ForceMap | None:
         """Return the map that was kept for a geometry; None without one, or if it is damaged."""
-        wanted = content_hash(geometry, preset)
-        path = self.folder / f"{wanted}.json"
+        digest = content_hash(geometry, preset)
+        path = self.folder / f"{digest}.json"
         if not path.is_file():
             return None
         try:
-            found = map_in(path, str(path))
+            kept_map = map_in(path, str(path))
         except ConfigError:
             return None
-        document = found.document
+        document = kept_map.document
         # The geometry too: a file may have been put there by hand.
-        same = (document.content_hash, document.geometry) == (wanted, geometry)
-        return found if same else None
+        same = (document.content_hash, document.geometry) == (digest, geometry)
+        return kept_map if same else None
 
     def keep(self, force_map: ForceMap) -> Path:
         """Keep a map; return its file.

@@ -210,13 +210,13 @@ def _single_phase_remark(
 
 def _shortfalls(d: Dimensions, rating: Rating, N_needed: float) -> list[str]:
     """Return a warning for each specified value that the machine does not reach."""
-    found = []
+    shortfalls = []
     if N_needed > d.N:
-        found.append(f"N = {d.N} turns are fewer than the {N_needed:.2f} that B_g needs")
+        shortfalls.append(f"N = {d.N} turns are fewer than the {N_needed:.2f} that B_g needs")
     if rating.lambda_needed.value is None:
-        found.append(f"no lambda gives f_max = {d.f_max:g} N with these dimensions")
+        shortfalls.append(f"no lambda gives f_max = {d.f_max:g} N with these dimensions")
     if d.single_phase_force < d.f_max:
-        found.append(
+        shortfalls.append(
             f"single_phase_force = {d.single_phase_force:g} N is below f_max = {d.f_max:g} N"
         )
     for name, axis in (("x", rating.x), ("y", rating.y)):
@@ -225,11 +225,11 @@ def _shortfalls(d: Dimensions, rating: Rating, N_needed: float) -> list[str]:
             ("two phases", axis.velocity_two_phase_rest_to_rest.value),
         ):
             if velocity is not None and velocity < d.v_max:
-                found.append(
+                shortfalls.append(
                     f"{name} reaches {velocity:.3g} m/s from rest to rest with {what}, below "
                     f"v_max = {d.v_max:g} m/s"
                 )
-    return found
+    return shortfalls
 
 
 _EXAMPLE = Dimensions().resolved()

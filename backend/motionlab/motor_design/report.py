@@ -33,20 +33,20 @@ def report(document: DesignDocument) -> str:
         Several lines.
     """
     lines = [document.title, *(f"  {note}" for note in document.notes), ""]
-    lines += [f"From requirements to dimensions: {_given(document.requirements)}"]
+    lines += [f"From requirements to dimensions: {_choices(document.requirements)}"]
     lines += _table(_rows(document.sizing))
     lines += _warnings(document.sizing.warnings)
     if document.dimensions is None or document.rating is None:
         return "\n".join([*lines, "", "From dimensions to limits: no dimensions are known"])
     d = document.dimensions
-    given = f"{_given(d)}, l_m = {_si(d.l_m, 'm')}, N = {d.N}"
-    lines += ["", f"From dimensions to limits: {given}"]
+    choices = f"{_choices(d)}, l_m = {_si(d.l_m, 'm')}, N = {d.N}"
+    lines += ["", f"From dimensions to limits: {choices}"]
     lines += _table(_rows(document.rating))
     lines += _warnings(document.rating.warnings)
     return "\n".join(lines)
 
 
-def _given(c: Choices) -> str:
+def _choices(c: Choices) -> str:
     p, s = c.teeth
     return (
         f"f_max = {_si(c.f_max, 'N')}, v_max = {_si(c.v_max, 'm/s')}, i = {_si(c.i, 'A')}, "

@@ -52,8 +52,8 @@ class Cell:
 
         owner = glued(self._lower, self._upper, shift * self._order)
         total = len(owner)
-        given, fixed = np.zeros(total), np.zeros(total, dtype=bool)
-        given[self._iron[1] + self._lower.size] = 1.0
+        boundary, fixed = np.zeros(total), np.zeros(total, dtype=bool)
+        boundary[self._iron[1] + self._lower.size] = 1.0
         fixed[self._iron[0]] = fixed[self._iron[1] + self._lower.size] = True
         free = np.flatnonzero((owner == np.arange(total)) & ~fixed)
         number = np.full(total, -1)
@@ -62,8 +62,8 @@ class Cell:
         rows = np.flatnonzero(number >= 0)
         share = csr_matrix((np.ones(len(rows)), (rows, number[rows])), shape=(total, len(free)))
         matrix = (share.T @ self._stiffness @ share).tocsc()
-        found = spsolve(matrix, -share.T @ (self._stiffness @ given))
-        potential = given + share @ found
+        solution = spsolve(matrix, -share.T @ (self._stiffness @ boundary))
+        potential = boundary + share @ solution
         return float(potential @ (self._stiffness @ potential))
 
 

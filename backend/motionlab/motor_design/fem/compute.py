@@ -79,14 +79,14 @@ def compute(
     method = chosen.method
     if resolution is None:
         half = np.linspace(0.0, geometry.tau / 2, POSITIONS // 2 + 1)
-        found = circuit(geometry, half, currents)
+        tables = circuit(geometry, half, currents)
     else:
         if resolution != chosen.resolution:
             kind = "linear" if resolution.order == 1 else "quadratic"
             method = f"finite elements, {kind}, {resolution.cells} cells a pitch"
         work = FieldTask(geometry, resolution, currents, _shifts(resolution))
-        found = np.array(fields(work, workers=workers, progress=progress))
-    return ForceMap(_document(geometry, preset, method, currents, found))
+        tables = np.array(fields(work, workers=workers, progress=progress))
+    return ForceMap(_document(geometry, preset, method, currents, tables))
 
 
 def _shifts(resolution: Resolution) -> list[int]:

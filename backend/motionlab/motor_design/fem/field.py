@@ -154,8 +154,8 @@ class FieldSystem:
             step = -self._factored(stiffness).solve(residual)
             gain = float(residual @ step)
             for _ in range(_HALVINGS_MOST):
-                found = self._energy(phi + step) - current * float(self._load @ (phi + step))
-                if found <= energy + _ARMIJO * gain + 1e-12 * abs(energy):
+                trial_energy = self._energy(phi + step) - current * float(self._load @ (phi + step))
+                if trial_energy <= energy + _ARMIJO * gain + 1e-12 * abs(energy):
                     break
                 step, gain = 0.5 * step, 0.5 * gain
             phi = phi + step

@@ -112,9 +112,12 @@ class ForceMap:
         try:
             return cls(ForceMapDocument.model_validate(tables))
         except ValidationError as error:
-            found = field_errors(error, ForceMapDocument)
+            problems = field_errors(error, ForceMapDocument)
             raise ConfigError(
-                *(FieldError(**{**vars(e), "loc": f"{where}: {e.loc}".rstrip(": ")}) for e in found)
+                *(
+                    FieldError(**{**vars(e), "loc": f"{where}: {e.loc}".rstrip(": ")})
+                    for e in problems
+                )
             ) from None
 
     def check_tables(self, where: str) -> None:

@@ -107,8 +107,8 @@ class Columns:
     def quarters(self) -> NDArray[np.int64]:
         """Return tooth edges, and the middles of teeth and slots."""
         edges = self._tooth_edges[0]
-        found = np.unique(np.concatenate([edges, (edges[1:] + edges[:-1]) // 2]))
-        return np.union1d(found[(found > 0) & (found < self.count)], [0, self.count])
+        quarters = np.unique(np.concatenate([edges, (edges[1:] + edges[:-1]) // 2]))
+        return np.union1d(quarters[(quarters > 0) & (quarters < self.count)], [0, self.count])
 
     def anchored(
         self, edges: list[float], step: float

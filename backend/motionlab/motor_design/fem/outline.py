@@ -62,7 +62,7 @@ def outlines(g: Geometry, position: float, half_width: float) -> list[Outline]:
     inner = [(opening, yoke), (opening, window)]
     right_side = [*inner, *right_half]
     mover = [*right_side, *((-x, y) for x, y in reversed(right_side))]
-    found = [
+    outlines = [
         Outline(part="stator", points=_thin(stator)),
         Outline(part="mover", points=_thin(mover)),
     ]
@@ -73,14 +73,14 @@ def outlines(g: Geometry, position: float, half_width: float) -> list[Outline]:
         ]
         for part, near, far in sides:
             corners = [(near, window), (far, window), (far, yoke), (near, yoke)]
-            found.append(Outline(part=part, points=_thin([(sign * x, y) for x, y in corners])))
-    return found
+            outlines.append(Outline(part=part, points=_thin([(sign * x, y) for x, y in corners])))
+    return outlines
 
 
 def _thin(points: Polyline) -> Polyline:
     """Return points rounded, without those that repeat the one before."""
-    found = rounded(np.array(points))
-    return [p for k, p in enumerate(found) if k == 0 or p != found[k - 1]]
+    corners = rounded(np.array(points))
+    return [p for k, p in enumerate(corners) if k == 0 or p != corners[k - 1]]
 
 
 def rounded(line: NDArray[np.float64]) -> Polyline:

@@ -211,14 +211,14 @@ def sampled(corners: Array, values: Array, x: Array, y: Array) -> Array:
         Of the triangle at each point.
     """
     low, high = corners[1].min(axis=0), corners[1].max(axis=0)
-    found = np.empty((len(y), len(x)))
+    grid = np.empty((len(y), len(x)))
     for row, height in enumerate(y):
         strip = np.flatnonzero((low <= height) & (height < high))
         left = _left_end(corners[:, :, strip], height)
         order = np.argsort(left)
         at = np.searchsorted(left[order], x, side="right") - 1
-        found[row] = values[strip[order[np.maximum(at, 0)]]]
-    return found
+        grid[row] = values[strip[order[np.maximum(at, 0)]]]
+    return grid
 
 
 def _left_end(corners: Array, height: float) -> Array:

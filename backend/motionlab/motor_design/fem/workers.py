@@ -63,11 +63,11 @@ def _position(work: FieldTask, progress: Progress) -> Array:
     if getattr(_latest, "key", None) != key:
         _latest.key, _latest.model = key, FieldModel(work.geometry, work.resolution)
     position = _latest.model.at(shift)
-    found = np.zeros((len(work.currents), 4))
+    solutions = np.zeros((len(work.currents), 4))
     for k, current in enumerate(work.currents[1:], start=1):
         progress(k / len(work.currents))
-        found[k] = position.solve(float(current))
-    return found
+        solutions[k] = position.solve(float(current))
+    return solutions
 
 
 _latest = threading.local()

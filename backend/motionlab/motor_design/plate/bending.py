@@ -100,11 +100,11 @@ class Plate:
 
     def surface(self, forces: Array) -> Surface:
         """Return the deflection towards the stator under forces on the movers, N."""
-        found = forces @ self._answers
+        deflections = forces @ self._answers
         order = np.lexsort(self._places)  # rows of growing y, growing x within them
         nodes = self._nodes[:, order]
         shape = (4, len(self._y), len(self._x))
-        return Surface(self._x, self._y, found[nodes].reshape(shape))
+        return Surface(self._x, self._y, deflections[nodes].reshape(shape))
 
     def _rigidities(self, along_x: Rib, along_y: Rib) -> dict[str, Array]:
         """Return bending rigidities at each element's quadrature points, N m."""
@@ -157,9 +157,9 @@ class Plate:
         return _pressure.assemble(self._basis, pressure=pressure)
 
     def _solved(self, load: Array) -> Array:
-        found = np.zeros(self._basis.N)
-        found[self._free] = self._factored.solve(load[self._free])
-        return found
+        deflections = np.zeros(self._basis.N)
+        deflections[self._free] = self._factored.solve(load[self._free])
+        return deflections
 
 
 def _edges(load: Load, axis: int) -> list[float]:
@@ -173,12 +173,12 @@ def _lines(  # noqa: PLR0913, PLR0917 - everything that asks for a line
 ) -> Array:
     """Return the lines of a mesh along one axis: where something begins, and between."""
     half = shape.rib_width / 2
-    wanted = [-size / 2, 0.0, size / 2, *loads]
-    wanted += [place + sign * half for place in ribs.places for sign in (-1, 1)]
+    places = [-size / 2, 0.0, size / 2, *loads]
+    places += [place + sign * half for place in ribs.places for sign in (-1, 1)]
     if shape.support in {"carriages", "guides"}:
-        wanted += [-min(span, size) / 2, min(span, size) / 2]
+        places += [-min(span, size) / 2, min(span, size) / 2]
     edges: list[float] = []
-    for place in sorted(wanted):
+    for place in sorted(places):
         if not edges or place - edges[-1] > _NEAR:
             edges.append(place)
     parts = [

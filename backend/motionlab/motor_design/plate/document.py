@@ -112,16 +112,16 @@ def platform(request: PlatformRequest, force_map: ForceMap | None = None) -> Pla
                 )
             )
         grows = ratio(force_map.document.geometry, request.map.position, request.map.current)
-    found: dict[DesignName, Deflection] = {
+    deflections: dict[DesignName, Deflection] = {
         name: _bent(request, name, force_map, grows) for name in _NAMES
     }
-    before, after = found["previous"].largest, found["new"].largest
+    before, after = deflections["previous"].largest, deflections["new"].largest
     previous, new, printed = _PAPERS[request.axis]
     return PlatformDocument(
         axis=request.axis,
         map=request.map.name if request.map else None,
         load=request.load,
-        designs=found,
+        designs=deflections,
         change=after / before - 1 if before > 0 else None,
         paper=PaperDeformation(
             previous=previous, new=new, change=new / previous - 1, change_printed=printed

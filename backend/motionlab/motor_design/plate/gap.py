@@ -55,9 +55,9 @@ def ratio(geometry: Geometry, position: float, current: float) -> Ratio:
     """
     x = abs(position - geometry.tau * round(position / geometry.tau))
     text = geometry.model_dump_json()
-    found = np.array([_forces(text, share, x, current) for share in _GAPS])
+    forces = np.array([_forces(text, share, x, current) for share in _GAPS])
     closed = 1 - np.array(_GAPS)
-    normal, thrust = (np.polyfit(closed, found[:, k] / found[0, k], 2) for k in range(2))
+    normal, thrust = (np.polyfit(closed, forces[:, k] / forces[0, k], 2) for k in range(2))
     return Ratio(normal, thrust)
 
 
@@ -69,9 +69,9 @@ def _forces(
     geometry = Geometry.model_validate_json(geometry_text)
     half = np.linspace(0.0, geometry.tau / 2, _HALF_PITCH)
     narrow = geometry.model_copy(update={"g": geometry.g * share})
-    found = circuit(narrow, half, np.array([0.0, current / 2, current]))
-    normal = float(np.interp(position, half, found[:, -1, 3]))
-    return normal, float(np.max(np.abs(found[:, -1, 2])))
+    tables = circuit(narrow, half, np.array([0.0, current / 2, current]))
+    normal = float(np.interp(position, half, tables[:, -1, 3]))
+    return normal, float(np.max(np.abs(tables[:, -1, 2])))
 
 
 def closing(  # noqa: PLR0913 - the platform, and what pulls at it
@@ -109,18 +109,18 @@ def closing(  # noqa: PLR0913 - the platform, and what pulls at it
     while steps < _STEPS_MOST:
         steps += 1
         forces = np.asarray(open_force * np.polyval(grows.normal, closed / gap), dtype=float)
-        found = compliance @ forces
-        if np.max(found) > deepest * gap:
+        deflections = compliance @ forces
+        if np.max(deflections) > deepest * gap:
             raise ConfigError(
                 FieldError(
                     name,
                     "is too soft: under the movers' normal forces the gap closes by",
-                    float(np.max(found)),
+                    float(np.max(deflections)),
                     unit="m",
                     bounds={"maximum": float(deepest * gap)},
                 )
             )
-        change, closed = float(np.max(np.abs(found - closed))), found
+        change, closed = float(np.max(np.abs(deflections - closed))), deflections
         if change < _TOLERANCE:
             break
     return Gaps(forces, closed, steps)

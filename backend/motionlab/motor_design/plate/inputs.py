@@ -304,6 +304,6 @@ def read_platform_request(request: Mapping[str, Any]) -> PlatformRequest:
     tables = dict(request)
     axis = tables.setdefault("axis", "y")
     for name, default in _DEFAULTS.get(axis if isinstance(axis, str) else "y", {}).items():
-        given = tables.get(name, {})
-        tables[name] = {**default, **given} if isinstance(given, Mapping) else given
+        table = tables.get(name, {})
+        tables[name] = {**default, **table} if isinstance(table, Mapping) else table
     return checked(PlatformRequest, tables, "platform")
