@@ -55,7 +55,7 @@ def is_math(column: str) -> bool:
 
 def split_columns(text: str) -> list[str]:
     """Return columns that are parted by commas; those within parentheses part nothing."""
-    found, begin, depth, math, quoted = [], 0, 0, False, False
+    columns, begin, depth, math, quoted = [], 0, 0, False, False
     for place, sign in enumerate(text):
         if sign == "=":
             math = True
@@ -64,9 +64,9 @@ def split_columns(text: str) -> list[str]:
         elif math and not quoted and sign in "()":
             depth += 1 if sign == "(" else -1
         elif sign == "," and not quoted and depth <= 0:
-            found.append(text[begin:place])
+            columns.append(text[begin:place])
             begin, depth, math = place + 1, 0, False
-    return [*found, text[begin:]]
+    return [*columns, text[begin:]]
 
 
 def compile_column(text: str, units: Mapping[str, str], period: float) -> MathChannel:
@@ -130,21 +130,21 @@ def compile_columns(
     ConfigError
         Naming each.
     """
-    found: dict[str, MathChannel] = {}
+    math_channels: dict[str, MathChannel] = {}
     wrong: list[FieldError] = []
     seen: set[str] = set()
     for index, text in enumerate(columns):
         loc = f"columns.{index}"
         name = text
         if is_math(text) and text not in units:
-            if len(found) == MATH_MAX:
+            if len(math_channels) == MATH_MAX:
                 bounds: dict[str, float] = {"maximum": MATH_MAX}
                 count = sum(map(is_math, columns))
                 wrong.append(FieldError("columns", "too many expressions", count, bounds=bounds))
                 break
             try:
-                found[text] = compile_column(text, units, period)
-                name = found[text].name
+                math_channels[text] = compile_column(text, units, period)
+                name = math_channels[text].name
             except ExpressionError as error:
                 wrong.append(FieldError(loc, str(error), text))
         elif text not in units:
@@ -154,17 +154,17 @@ def compile_columns(
         seen.add(name)
     if wrong:
         raise ConfigError(*wrong)
-    return found
+    return math_channels
 
 
 def sources_of(columns: Sequence[str], math: Mapping[str, MathChannel]) -> list[str]:
     """Return the recorded channels that columns need, each once."""
-    found = dict.fromkeys(
+    names = dict.fromkeys(
         name
         for column in columns
         for name in (math[column].program.channels if column in math else (column,))
     )
-    return list(found)
+    return list(names)
 
 
 def values_of(

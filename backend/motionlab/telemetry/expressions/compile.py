@@ -196,14 +196,14 @@ class _Compiler:
         first, second = self.emit(left), self.emit(right)
         if first != second:
             both = f"{first} and {second}"
-            told = f"{function} needs operands of one unit, not {both}"
+            message = f"{function} needs operands of one unit, not {both}"
             if isinstance(right, Number) and not right.unit:
-                told += f"; a number can have a unit: {right.value:g} [{first}]"
+                message += f"; a number can have a unit: {right.value:g} [{first}]"
             elif isinstance(left, Number) and not left.unit:
-                told += f"; a number can have a unit: {left.value:g} [{second}]"
+                message += f"; a number can have a unit: {left.value:g} [{second}]"
             else:
-                told += f"; the second would have to be in {first}"
-            raise ExpressionError(told, right.span if not _bare(left) else left.span)
+                message += f"; the second would have to be in {first}"
+            raise ExpressionError(message, right.span if not _bare(left) else left.span)
         self._push(_SAME[function])
         return first
 
@@ -332,9 +332,9 @@ def _constant(node: Node, name: str, dimension: Dimension, unit: str) -> float:
             f"{name} needs a plain number here, in {unit}, which cannot change with time",
             node.span,
         )
-    value, found = _quantity(node)
-    if node.unit and found != dimension:
-        raise ExpressionError(f"{name} needs {unit} here, not {found}", node.span)
+    value, actual = _quantity(node)
+    if node.unit and actual != dimension:
+        raise ExpressionError(f"{name} needs {unit} here, not {actual}", node.span)
     return value
 
 

@@ -129,7 +129,7 @@ def parse(text: str) -> Node:
 
 
 def _tokens(text: str) -> list[_Token]:
-    found, place = [], 0
+    tokens, place = [], 0
     while place < len(text.rstrip()):
         match = _TOKEN.match(text, place)
         if not match:
@@ -141,10 +141,10 @@ def _tokens(text: str) -> list[_Token]:
             )
         kind = match.lastgroup or ""
         span = Span(*match.span(kind))
-        found.append(_Token(kind, match[kind], span))
+        tokens.append(_Token(kind, match[kind], span))
         place = match.end()
-    found.append(_Token("end", "", Span(len(text), len(text))))
-    return found
+    tokens.append(_Token("end", "", Span(len(text), len(text))))
+    return tokens
 
 
 class _Parser:
@@ -171,8 +171,8 @@ class _Parser:
         token = self._token
         if text in {token.text, token.kind}:
             return self._next()
-        wanted = "an operator or the end" if text == "end" else f"'{text}'"
-        raise ExpressionError(f"{_said(token)} stands where {wanted} belongs", token.span)
+        expected = "an operator or the end" if text == "end" else f"'{text}'"
+        raise ExpressionError(f"{_text(token)} stands where {expected} belongs", token.span)
 
     def sum(self, depth: int) -> Node:
         """Read terms joined by + and -."""
@@ -215,7 +215,7 @@ class _Parser:
         whole = token.kind == "number" and token.text.isdigit()
         if not whole or len(token.text) > 1 or int(token.text) > EXPONENT_MAX:
             raise ExpressionError(
-                f"{_said(token)} is no power; allowed are whole numbers from -{EXPONENT_MAX} to "
+                f"{_text(token)} is no power; allowed are whole numbers from -{EXPONENT_MAX} to "
                 f"{EXPONENT_MAX}",
                 token.span,
             )
@@ -244,7 +244,7 @@ class _Parser:
                 return node
             case _:
                 raise ExpressionError(
-                    f"{_said(token)} stands where a number, a channel, a function or '(' belongs",
+                    f"{_text(token)} stands where a number, a channel, a function or '(' belongs",
                     token.span,
                 )
 
@@ -273,5 +273,5 @@ def _joined(sign: _Token, left: Node, right: Node) -> Call:
     return Call(sign.text, (left, right), Span(left.span.start, right.span.end), sign.span)
 
 
-def _said(token: _Token) -> str:
+def _text(token: _Token) -> str:
     return "the end" if token.kind == "end" else f"{token.text!r}"
