@@ -140,10 +140,10 @@ class DrawnPath(Config):
                 raise ValueError("planned_for belongs to law = 'time_optimal' only")
         elif self.lap_time is not None:
             raise ValueError("law = 'time_optimal' takes v_max, a_max and j_max, no lap_time")
-        given = [name for name, value in limits.items() if value is not None]
+        names = [name for name, value in limits.items() if value is not None]
         timed = self.lap_time is not None
-        if (timed and (given or self.j_max is not None)) or (
-            not timed and len(given) < len(limits)
+        if (timed and (names or self.j_max is not None)) or (
+            not timed and len(names) < len(limits)
         ):
             *others, last = limits
             raise ValueError(f"give either lap_time, or {', '.join(others)} and {last} together")

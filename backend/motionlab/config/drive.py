@@ -209,10 +209,10 @@ class DriveConfig(Config):
 
     @model_validator(mode="after")
     def _has_every_phase_once(self) -> Self:
-        found = Counter((node.axis, node.phase) for node in self.nodes)
-        twice = [f"{axis} {phase}" for (axis, phase), count in found.items() if count > 1]
+        counts = Counter((node.axis, node.phase) for node in self.nodes)
+        twice = [f"{axis} {phase}" for (axis, phase), count in counts.items() if count > 1]
         if twice:
-            missing = [f"{axis} {phase}" for axis, phase in LAYOUT if not found[axis, phase]]
+            missing = [f"{axis} {phase}" for axis, phase in LAYOUT if not counts[axis, phase]]
             raise ValueError(
                 f"more than one drive for {', '.join(twice)}, none for {', '.join(missing)}"
             )
@@ -281,7 +281,7 @@ def load_drive(name: Path | str) -> DriveConfig:
     except OSError as error:
         raise ConfigError(FieldError("drive", f"{path}: {error.strerror}")) from None
     except ValidationError as error:
-        found = field_errors(error, DriveConfig)
-        raise ConfigError(*(replace(each, loc=each.loc or "drive") for each in found)) from None
+        problems = field_errors(error, DriveConfig)
+        raise ConfigError(*(replace(each, loc=each.loc or "drive") for each in problems)) from None
     except ValueError as error:  # no UTF-8, no TOML, or a whole number of thousands of digits
         raise ConfigError(FieldError("drive", f"{path} is no TOML: {error}")) from None

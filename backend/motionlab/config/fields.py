@@ -54,16 +54,16 @@ def fields_of(model: type[BaseModel]) -> dict[str, FieldEntry]:
 
     Of alternatives, such as the kinds of a trajectory, fields of one name are one entry.
     """
-    found: dict[str, FieldEntry] = {}
-    _walk(model, "", "", found, {})
-    return found
+    entries: dict[str, FieldEntry] = {}
+    _walk(model, "", "", entries, {})
+    return entries
 
 
 def _walk(
     model: type[BaseModel],
     prefix: str,
     axis: str,
-    found: dict[str, FieldEntry],
+    entries: dict[str, FieldEntry],
     defaults: dict[str, Any],
 ) -> None:
     for name, info in model.model_fields.items():
@@ -75,7 +75,7 @@ def _walk(
         annotation = strip(info.annotation)
         if any(pair in members(annotation) for pair in PAIRS):
             for component in AXES:
-                _add(found, f"{path}.{component}", _entry(key, info, component))
+                _add(entries, f"{path}.{component}", _entry(key, info, component))
             continue
         below = [(path, member) for member in members(annotation)]
         if typing.get_origin(annotation) in {dict, tuple}:
@@ -83,13 +83,13 @@ def _walk(
             below = [(f"{path}.{EVERY}", member) for member in members(items[-1])]
         tables = [(at, each) for at, each in below if _is_table(each)]
         if key not in AXES or not tables:
-            _add(found, path, _entry(key, info, axis, default))
+            _add(entries, path, _entry(key, info, axis, default))
         inherited = axis if key == "model" else ""
         for at, table in tables:
             if table is not model and not issubclass(model, table):
                 suffix = key if key in AXES and not model.__name__.startswith("Plant") else axis
                 values = default if isinstance(default, dict) else {}
-                _walk(table, f"{at}.", suffix or inherited, found, values)
+                _walk(table, f"{at}.", suffix or inherited, entries, values)
 
 
 def _is_table(annotation: Any) -> bool:
@@ -126,9 +126,9 @@ def _entry(key: str, info: FieldInfo, axis: str, default: Any = None) -> FieldEn
     )
 
 
-def _add(found: dict[str, FieldEntry], path: str, entry: FieldEntry) -> None:
+def _add(entries: dict[str, FieldEntry], path: str, entry: FieldEntry) -> None:
     """Add an entry, or merge it with that of another alternative."""
-    before = found.setdefault(path, entry)
+    before = entries.setdefault(path, entry)
     if before is not entry:
         differing = [
             name
@@ -136,7 +136,7 @@ def _add(found: dict[str, FieldEntry], path: str, entry: FieldEntry) -> None:
             if getattr(before, name) != getattr(entry, name)
         ]
         empty = {name: FieldEntry.model_fields[name].default for name in differing}
-        found[path] = before.model_copy(update=empty)
+        entries[path] = before.model_copy(update=empty)
 
 
 class FieldValue(NamedTuple):

@@ -95,19 +95,19 @@ def schema_text(kind: str) -> str:
 
 def _used(part: dict[str, Any], tables: dict[str, Any]) -> dict[str, Any]:
     """Return the tables that a part refers to, and those that they refer to."""
-    found: dict[str, Any] = {}
+    definitions: dict[str, Any] = {}
     waiting: list[Any] = [part]
     while waiting:
         node = waiting.pop()
         if isinstance(node, dict):
             name = str(node.get("$ref", "")).rpartition("/")[2]
-            if name and name not in found:
-                found[name] = tables[name]
+            if name and name not in definitions:
+                definitions[name] = tables[name]
                 waiting.append(tables[name])
             waiting += node.values()
         elif isinstance(node, list):
             waiting += node
-    return dict(sorted(found.items()))
+    return dict(sorted(definitions.items()))
 
 
 def _either(node: Any) -> Any:

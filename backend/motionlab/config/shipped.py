@@ -64,9 +64,9 @@ def data_root() -> Path:
     ConfigError
         If its name is no text: databases and files of runs have it in their addresses.
     """
-    if given := os.environ.get("MOTIONLAB_DATA"):
-        check_text(given, loc="MOTIONLAB_DATA")
-        return Path(given)
+    if folder := os.environ.get("MOTIONLAB_DATA"):
+        check_text(folder, loc="MOTIONLAB_DATA")
+        return Path(folder)
     here = Path("data")
     if _PACKAGE.parent.parent == Path.cwd() or (here / SERVER_LOCK).exists():
         return here

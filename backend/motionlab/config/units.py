@@ -86,9 +86,9 @@ class Dimension:
         for name in _WRITTEN:
             for power in _POWERS:
                 rest = (self / derived(name) ** power).exponents
-                found: Exponents = {name: Fraction(power), **rest}
-                if (price := _cost(found)) < cost:
-                    best, cost = found, price
+                exponents: Exponents = {name: Fraction(power), **rest}
+                if (price := _cost(exponents)) < cost:
+                    best, cost = exponents, price
         return _text(best)
 
 
@@ -137,17 +137,17 @@ def _read(text: str, strict: bool) -> Unit | None:
         return Unit(PURE)
     dimension, factor, place = PURE, 1.0, 0
     while place < len(text):
-        found = _FACTOR.match(text, place)
-        if not found or len(text) > _UNIT_MAX:
+        match = _FACTOR.match(text, place)
+        if not match or len(text) > _UNIT_MAX:
             return None
-        sign, name, exponent = found[1], found[2], int(found[3] or 1)
+        sign, name, exponent = match[1], match[2], int(match[3] or 1)
         one = _named(name, strict)
         if one is None:
             return None
         power = -exponent if sign == "/" else exponent
         dimension *= one.dimension**power
         factor *= one.factor**power
-        place = found.end()
+        place = match.end()
     return Unit(dimension, factor)
 
 
