@@ -70,6 +70,6 @@ def disturbance_response(
         sensitivity = 1.0 / (1.0 + loop.open(frequency))
         return np.stack([moved.response(frequency) * sensitivity, sensitivity])
 
-    frequency, found = sampled(responses)
-    force, encoder = np.abs(found)
+    frequency, values = sampled(responses)
+    force, encoder = np.abs(values)
     return DisturbanceResponse(frequency, force, encoder, loop.stable)

@@ -162,8 +162,8 @@ class LoopFamily:
 
     def figures(self, k_p: float, k_d: float) -> Figures:
         """Return the worst margins, interpolated between frequencies and between velocities."""
-        found = self._worst(np.array([k_p]), np.array([k_d]))
-        return Figures(*(VelocityMargin(float(value[0]), float(at[0])) for value, at in found))
+        worst = self._worst(np.array([k_p]), np.array([k_d]))
+        return Figures(*(VelocityMargin(float(value[0]), float(at[0])) for value, at in worst))
 
     def margins_over(self, k_p: Array, k_d: Array) -> dict[str, Array]:
         """Return the worst margins for many gains, as `figures` gives them for one pair.
@@ -179,13 +179,13 @@ class LoopFamily:
             Fields of `Figures`, NaN where a loop is unstable at any of the velocities, infinite
             where nothing crosses.
         """
-        found = {name: np.full(len(k_p), math.nan) for name in Figures._fields}
+        margins = {name: np.full(len(k_p), math.nan) for name in Figures._fields}
         stable = np.flatnonzero(self.radius(k_p, k_d) < 1.0)
         for begin in range(0, len(stable), _AT_ONCE):
             part = stable[begin : begin + _AT_ONCE]
-            for name, (value, _) in zip(found, self._worst(k_p[part], k_d[part]), strict=True):
-                found[name][part] = value
-        return found
+            for name, (value, _) in zip(margins, self._worst(k_p[part], k_d[part]), strict=True):
+                margins[name][part] = value
+        return margins
 
     def _worst(self, k_p: Array, k_d: Array) -> list[tuple[Array, Array]]:
         """Return value and velocity of each of the `Figures` for n pairs of gains, (n,) each."""
@@ -201,7 +201,7 @@ class LoopFamily:
         np.minimum.at(gain, row, np.abs(np.log(np.abs(turns))))
         nearest = np.sqrt((1.0 + 2.0 * L.real + size).min(axis=-1))
         every = np.concatenate([gain, phase, nearest]).reshape(-1, len(self.velocity))
-        value, velocity = (found.reshape(3, -1) for found in self._least(every))
+        value, velocity = (part.reshape(3, -1) for part in self._least(every))
         worst = np.exp(value[0]), value[1], 1.0 / np.maximum(value[2], _TINY)
         return list(zip(worst, velocity, strict=True))
 
@@ -227,7 +227,7 @@ class LoopFamily:
 
 
 @dataclass(frozen=True)
-class _Asked:
+class _LoopKey:
     """Loops by all that decides them but the gains."""
 
     key: tuple[Parameters, tuple[str, ...]]
@@ -237,8 +237,8 @@ class _Asked:
 
 
 @functools.lru_cache(maxsize=16)
-def _family(asked: _Asked) -> LoopFamily:
-    return LoopFamily.of(asked.scenario, asked.variant, asked.axis)
+def _family(key: _LoopKey) -> LoopFamily:
+    return LoopFamily.of(key.scenario, key.variant, key.axis)
 
 
 @TABLES.lease()
@@ -254,7 +254,7 @@ def family_of(scenario: Scenario, variant: str, axis: str) -> LoopFamily:
     """
     par = parameters(scenario, variant, axis)
     without = par._replace(controller=par.controller._replace(k_p=0.0, k_d=0.0))
-    return _family(_Asked((without, map_digests([(0, scenario)])), scenario, variant, axis))
+    return _family(_LoopKey((without, map_digests([(0, scenario)])), scenario, variant, axis))
 
 
 _AT_ONCE = 128
