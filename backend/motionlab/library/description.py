@@ -58,8 +58,8 @@ def differences_after(run: RunDetail, events: Iterable[Event]) -> list[Differenc
 
 def differing(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[Difference]:
     """Return the fields of a scenario, as documents, that differ; `DIFFERENCES_MAX` at most."""
-    found = _differing(before, after, "")
-    return [each for each, _ in zip(found, range(DIFFERENCES_MAX), strict=False)]
+    differences = _differing(before, after, "")
+    return [each for each, _ in zip(differences, range(DIFFERENCES_MAX), strict=False)]
 
 
 def _differing(shipped: Any, value: Any, path: str) -> Iterator[Difference]:

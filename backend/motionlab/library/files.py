@@ -39,9 +39,9 @@ class RunFiles:
             else:
                 self._system, self._folder = fs.FileSystem.from_uri(url)
         except (OSError, ValueError, TypeError) as error:
-            told = "" if "@" in url else f": {error}"  # it may quote the address, with its key
+            detail = "" if "@" in url else f": {error}"  # it may quote the address, with its key
             raise ConfigError(
-                FieldError("MOTIONLAB_RUNS_URL", f"cannot be used{told}", url.rpartition("@")[2])
+                FieldError("MOTIONLAB_RUNS_URL", f"cannot be used{detail}", url.rpartition("@")[2])
             ) from None
 
     def path(self, run_id: str) -> str:
@@ -120,14 +120,14 @@ class RunFiles:
         StoreError
             If it cannot be read.
         """
-        found = hashlib.sha256()
+        digest = hashlib.sha256()
         try:
             with self._system.open_input_stream(self.path(run_id)) as stream:
                 while piece := stream.read(_PIECE):
-                    found.update(piece)
+                    digest.update(piece)
         except OSError as error:
             raise _unreadable(run_id, error, self.path(run_id)) from error
-        return found.hexdigest()
+        return digest.hexdigest()
 
     def delete(self, run_id: str) -> None:
         """Delete the telemetry of a run, if there is any.
@@ -149,10 +149,10 @@ class RunFiles:
         from pyarrow import fs
 
         selector = fs.FileSelector(self._folder, allow_not_found=True)
-        found = (
+        names = (
             info.base_name.removesuffix(".parquet") for info in self._system.get_file_info(selector)
         )
-        return sorted(name for name in found if is_id(name))
+        return sorted(name for name in names if is_id(name))
 
 
 def runs_url(root: Path) -> str:
@@ -175,7 +175,7 @@ def _move(source: Path, target: Path) -> None:
 
 
 def _unreadable(run_id: str, error: Exception, path: str) -> StoreError:
-    told = f"the telemetry of {run_id} cannot be read"
+    message = f"the telemetry of {run_id} cannot be read"
     if isinstance(error, FileNotFoundError):  # whose text names the folder of the data
-        return Unknown(f"{told}: its file is missing")
-    return StoreError(f"{told}: {str(error).replace(path, 'its file')}")
+        return Unknown(f"{message}: its file is missing")
+    return StoreError(f"{message}: {str(error).replace(path, 'its file')}")

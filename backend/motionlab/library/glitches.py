@@ -105,13 +105,13 @@ def run_glitches(run_id: str) -> RunGlitches:
             variants = {}
             for name in run.variants:
                 error = column(f"{name}.{axis}.following_error")
-                found = (
+                own_glitches = (
                     []
                     if error is None
                     else glitches(velocity, error, count=count, period=run.period)
                 )
-                if error is not None and found:
-                    variants[name] = _variant(found, error, velocity, run.period)
+                if error is not None and own_glitches:
+                    variants[name] = _variant(own_glitches, error, velocity, run.period)
             if variants:
                 axes[axis] = AxisGlitches(count=count, variants=variants)
     return RunGlitches(axes=axes)
@@ -124,14 +124,14 @@ def _count(run: RunDetail, axis: str) -> float:
 
 
 def _variant(
-    found: list[Glitch],
+    glitches: list[Glitch],
     error: NDArray[np.float64],
     velocity: NDArray[np.float64],
     period: float,
 ) -> VariantGlitches:
     shortest = min(turn.end - turn.tick for turn in reversals(velocity))
     after = min(shortest, round(AFTER_MAX / period))
-    curves = aligned(error, found, before=round(BEFORE / period), after=after)
+    curves = aligned(error, glitches, before=round(BEFORE / period), after=after)
     every = max(1, -(-curves.shape[1] // POINTS))
     bins = np.arange(0, curves.shape[1], every)
     low = np.minimum.reduceat(curves.min(axis=0), bins)
@@ -139,7 +139,7 @@ def _variant(
     middle = np.add.reduceat(curves.mean(axis=0), bins) / np.diff([*bins, curves.shape[1]])
 
     def mean(name: str) -> float | None:
-        values = [getattr(one, name) for one in found if getattr(one, name) is not None]
+        values = [getattr(one, name) for one in glitches if getattr(one, name) is not None]
         return float(np.mean(values)) if values else None
 
     return VariantGlitches(
@@ -152,10 +152,10 @@ def _variant(
                 rise=one.rise,
                 duration=one.duration,
             )
-            for one in found
+            for one in glitches
         ],
         mean=GlitchMean(
-            height=float(np.mean([abs(one.height) for one in found])),
+            height=float(np.mean([abs(one.height) for one in glitches])),
             delay=mean("delay"),
             rise=mean("rise"),
             duration=mean("duration"),

@@ -149,9 +149,9 @@ class Index:
 
     def named(self, name: str) -> list[str]:
         """Return the runs of that very name, two at most; no deleted ones."""
-        wanted = sa.select(RUNS.c.id).where(RUNS.c.name == name, RUNS.c.deleted.is_(None))
+        query = sa.select(RUNS.c.id).where(RUNS.c.name == name, RUNS.c.deleted.is_(None))
         with self._reached(), self._engine.connect() as connection:
-            return list(connection.execute(wanted.limit(2)).scalars())
+            return list(connection.execute(query.limit(2)).scalars())
 
     def page(
         self,
@@ -341,10 +341,10 @@ class Index:
         """Bring the tables to `VERSION`, one process at a time; quick where they are there."""
         with self._reached(), self._engine.connect() as connection:
             if sa.inspect(connection).has_table("alembic_version"):
-                found = connection.execute(
+                version = connection.execute(
                     sa.text("SELECT version_num FROM alembic_version")
                 ).scalar()
-                if found == VERSION:
+                if version == VERSION:
                     return
         from alembic import command  # noqa: PLC0415 - seldom needed, and slow to load
         from alembic.config import Config  # noqa: PLC0415
@@ -359,17 +359,17 @@ class Index:
             rows = []
             if sa.inspect(connection).has_table("alembic_version"):
                 rows = connection.execute(sa.text("SELECT version_num FROM alembic_version")).all()
-            found = rows[0][0] if rows else None
+            version = rows[0][0] if rows else None
             known = {
                 script.revision for script in ScriptDirectory.from_config(config).walk_revisions()
             }
-            if found is not None and found not in known:
+            if version is not None and version not in known:
                 raise StoreError(
-                    f"the index of runs is of version {found}, this motionlab knows {VERSION}: "
+                    f"the index of runs is of version {version}, this motionlab knows {VERSION}: "
                     "use a newer one"
                 )
-            if self._file is not None and found is not None:
-                back_up(self._file, found, VERSION)
+            if self._file is not None and version is not None:
+                back_up(self._file, version, VERSION)
             config.attributes["connection"] = connection
             command.upgrade(config, "head")
 

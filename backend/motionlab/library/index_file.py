@@ -30,10 +30,10 @@ def make_private(file: Path) -> None:
 def identity(file: Path | None) -> tuple[int, int] | None:
     """Return device and number of a file, None where there is none."""
     try:
-        found = None if file is None else file.stat()
+        status = None if file is None else file.stat()
     except OSError:
         return None
-    return None if found is None else (found.st_dev, found.st_ino)
+    return None if status is None else (status.st_dev, status.st_ino)
 
 
 def check_same(file: Path | None, opened: tuple[int, int] | None) -> None:

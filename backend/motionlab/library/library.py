@@ -111,10 +111,10 @@ class Library:
         """
         if is_id(text):
             return text
-        found = self.index.named(text) if re.fullmatch(NAME, text) else []
-        if len(found) == 1:
-            return found[0]
-        message = "is the name of several runs" if found else "no kept run of that name"
+        identifiers = self.index.named(text) if re.fullmatch(NAME, text) else []
+        if len(identifiers) == 1:
+            return identifiers[0]
+        message = "is the name of several runs" if identifiers else "no kept run of that name"
         allowed = "r- and 12 characters, or the name of one run alone; `motionlab runs` lists them"
         raise ConfigError(FieldError(loc, message, text, allowed))
 
@@ -271,14 +271,14 @@ class Library:
         from motionlab.library import spool
 
         spool.remove_leftovers(self.spools)
-        found = []
+        recovered = []
         for run_id in spool.waiting(self.spools):
             try:
                 if self.finish(run_id):
-                    found.append(run_id)
+                    recovered.append(run_id)
             except MotionLabError as error:  # tried again later
                 _LOG.warning("%s", error)
-        return found
+        return recovered
 
     def change(self, run_id: str, changes: Mapping[str, Any]) -> RunDetail:
         """Change `CHANGEABLE` fields of a run; who names, notes or tags it keeps it.

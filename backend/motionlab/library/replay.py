@@ -108,7 +108,7 @@ def again(run: RunDetail) -> Again:
 
 
 def replay(
-    wanted: Again,
+    again: Again,
     file: parquet.ParquetFile,
     progress: Callable[[float], None] = lambda _: None,
 ) -> Replay:
@@ -132,13 +132,13 @@ def replay(
     NotReplayable
         If a recorded change is no longer valid.
     """
-    run = wanted.run
+    run = again.run
     names = [name for name, _ in stream_columns(run.variants)]
     units = {name: channel.unit for name, channel in stream_columns(run.variants)}
     there = set(file.schema_arrow.names)
     rows = [row for row, name in enumerate(names) if name in there]
     names = [names[row] for row in rows]
-    player = _Player(run, wanted.prepared, len(units))
+    player = _Player(run, again.prepared, len(units))
     totals = np.zeros(len(names), dtype=np.int64)
     first: FirstDifference | None = None
     compared = 0
@@ -156,7 +156,7 @@ def replay(
         progress(compared / max(1, run.ticks))
     expected = player.simulation.tick
     if run.kind == "simulation":
-        expected = wanted.prepared.reference.ticks
+        expected = again.prepared.reference.ticks
     missing = max(0, expected - compared)
     complete = len(names) == len(units) == len(there - {"tick", "time"})
     whole = complete and (run.kind == "live" or missing == 0)
@@ -169,7 +169,7 @@ def replay(
         first=first,
         samples=int(totals.sum()),
         differing=[name for name, total in zip(names, totals, strict=True) if total],
-        reasons=[] if identical else _reasons(run, wanted.prepared.scenario, whole=whole),
+        reasons=[] if identical else _reasons(run, again.prepared.scenario, whole=whole),
     )
 
 

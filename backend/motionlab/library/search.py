@@ -150,21 +150,21 @@ def parse(text: str) -> Search:
     if len(terms) > TERMS_MAX:
         bounds: dict[str, float] = {"maximum": TERMS_MAX}
         raise ConfigError(FieldError("q", "has too many terms", len(terms), bounds=bounds))
-    found = _Terms()
+    conditions = _Terms()
     for term in terms:
-        found.add(term)
-    lists = found.lists
+        conditions.add(term)
+    lists = conditions.lists
     return Search(
         words=tuple(lists.get("word", ())),
         tags=tuple(lists.get("tag", ())),
         kinds=tuple(lists.get("kind", ())),
         states=tuple(lists.get("state", ())),
         scenarios=tuple(lists.get("scenario", ())),
-        bounds=tuple(found.bounds),
-        after=found.times.get("after"),
-        before=found.times.get("before"),
-        pinned="pinned" in found.flags,
-        deleted="deleted" in found.flags,
+        bounds=tuple(conditions.bounds),
+        after=conditions.times.get("after"),
+        before=conditions.times.get("before"),
+        pinned="pinned" in conditions.flags,
+        deleted="deleted" in conditions.flags,
     )
 
 

@@ -351,7 +351,7 @@ def samples(root: Path, run_id: str, start: int, stop: int) -> NDArray[np.float3
         for part, begin, end in zip(parts, begins, ends, strict=True)
         if begin < stop and (end > start or part is parts[-1])
     ]
-    found, following = [], start
+    pieces, following = [], start
     for batch in _batches(within):
         first = batch.column(0)[0].as_py()
         if first + batch.num_rows <= start:
@@ -361,9 +361,9 @@ def samples(root: Path, run_id: str, start: int, stop: int) -> NDArray[np.float3
         if first > following:
             return None
         kept = batch.slice(following - first, stop - following)
-        found.append(np.stack([column.to_numpy() for column in kept.columns[1:]]))
+        pieces.append(np.stack([column.to_numpy() for column in kept.columns[1:]]))
         following += kept.num_rows
-    return np.concatenate(found, axis=1) if found and following == stop else None
+    return np.concatenate(pieces, axis=1) if pieces and following == stop else None
 
 
 def _parts(folder: Path) -> list[Path]:

@@ -158,7 +158,7 @@ def window(  # noqa: PLR0913 - which columns of which run, and how finely
     files: RunFiles,
     run_id: str,
     columns: Sequence[str],
-    wanted: Grid,
+    grid: Grid,
     pyramids: Pyramids = PYRAMIDS,
     *,
     math: Mapping[str, MathChannel] | None = None,
@@ -174,28 +174,28 @@ def window(  # noqa: PLR0913 - which columns of which run, and how finely
     StoreError
         If the telemetry cannot be read.
     """
-    found = {name: pyramids.get(run_id, name) for name in columns}
-    missing = [name for name, pyramid in found.items() if pyramid is None]
-    if missing or wanted.level == 1 or len(found) < len(columns):
+    column_pyramids = {name: pyramids.get(run_id, name) for name in columns}
+    missing = [name for name, pyramid in column_pyramids.items() if pyramid is None]
+    if missing or grid.level == 1 or len(column_pyramids) < len(columns):
         with files.open(run_id) as file:
             math = math or {}
             check_columns(file, [name for name in columns if name not in math], CONTROL_PERIOD)
-            if wanted.level == 1:
-                samples = read_columns(file, columns, math, wanted.first, wanted.stop)
-                return Window(wanted, *extremes(samples, wanted.bin))
+            if grid.level == 1:
+                samples = read_columns(file, columns, math, grid.first, grid.stop)
+                return Window(grid, *extremes(samples, grid.bin))
             recorded = [name for name in missing if name not in math]
             built = dict(zip(recorded, _built(file, recorded), strict=True))
             for name in missing:
-                found[name] = pyramid = built.get(name) or _computed(file, math[name])
+                column_pyramids[name] = pyramid = built.get(name) or _computed(file, math[name])
                 pyramids.put(run_id, name, pyramid)
-    low, high = np.empty((2, len(columns), wanted.bins), dtype=np.float32)
-    level, per_bin = _LEVELS.index(wanted.level), wanted.bin // wanted.level
-    part = slice(wanted.first // wanted.level, -(-wanted.stop // wanted.level))
-    for row, pyramid in enumerate(found.values()):
+    low, high = np.empty((2, len(columns), grid.bins), dtype=np.float32)
+    level, per_bin = _LEVELS.index(grid.level), grid.bin // grid.level
+    part = slice(grid.first // grid.level, -(-grid.stop // grid.level))
+    for row, pyramid in enumerate(column_pyramids.values()):
         assert pyramid is not None
         low[row] = extremes(pyramid.low[level][None, part], per_bin)[0]
         high[row] = extremes(pyramid.high[level][None, part], per_bin)[1]
-    return Window(wanted, low, high)
+    return Window(grid, low, high)
 
 
 def _computed(file: parquet.ParquetFile, math: MathChannel) -> Pyramid:
