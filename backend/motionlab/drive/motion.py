@@ -187,8 +187,8 @@ class DriveMotion:
             self.tick += count
         return count
 
-    def asked(self, start: int, stop: int) -> NDArray[np.float32]:
-        """Return the reference over some ticks, as `Simulation.asked`."""
+    def references(self, start: int, stop: int) -> NDArray[np.float32]:
+        """Return the reference over some ticks, as `Simulation.references`."""
         values = np.stack(self.timeline.at(start, stop))
         return values.transpose(2, 0, 1).reshape(-1, stop - start).astype(np.float32)
 

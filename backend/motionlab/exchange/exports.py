@@ -141,7 +141,9 @@ def check_selection(source: Source, selection: Selection) -> Selection:
     schema, rows = source.file.schema_arrow, source.file.metadata.num_rows
     chosen_names = set(() if ALL in selection.columns else named)
     columns = tuple(
-        name for name in schema.names if name not in _ALWAYS and (not chosen_names or name in chosen_names)
+        name
+        for name in schema.names
+        if name not in _ALWAYS and (not chosen_names or name in chosen_names)
     )
     columns += tuple(math)
     stop = rows if selection.stop is None else min(selection.stop, rows)

@@ -159,15 +159,15 @@ def run_batch(
                     case, variant = np.divmod(movers, len(variants))
                     watch(numbers[case] * len(variants) + variant, errors)
 
-            found = run_prepared(
+            parcel_metrics = run_prepared(
                 list(parcel.values()),
                 threads=cases.threads,
                 progress=lambda share, size=size: tell(share, size),
                 watch=None if watch is None else look,
             )
             feasible[numbers] = True
-            failed[numbers] = found.failed
-            for name, values in found.metrics.items():
+            failed[numbers] = parcel_metrics.failed
+            for name, values in parcel_metrics.metrics.items():
                 metrics[name][numbers] = values
             done += size
     return Batch(variants, metrics, failed, feasible)

@@ -112,14 +112,14 @@ class BatchRunner:
             return first, self._run(lanes[:, first : first + size], errors)
 
         done = 0
-        for first, found in _in_threads(block, range(0, movers, size), threads):
-            here = slice(first, first + found.failed.shape[0])
-            tally[:, here], failed[here] = found.tally, found.failed
+        for first, result in _in_threads(block, range(0, movers, size), threads):
+            here = slice(first, first + result.failed.shape[0])
+            tally[:, here], failed[here] = result.tally, result.failed
             if watch is not None:
-                watch(first, found.errors)
-            for name, values in self._error_metrics(found).items():
+                watch(first, result.errors)
+            for name, values in self._error_metrics(result).items():
                 of_error[name][here] = values
-            done += found.failed.shape[0]
+            done += result.failed.shape[0]
             if progress is not None:
                 progress(done / movers)
 
@@ -162,9 +162,9 @@ class BatchRunner:
 
     def _error_metrics(self, block: _BlockResult) -> dict[str, Array]:
         """Return the metrics that are computed from the error, shape (movers, axes)."""
-        found: dict[str, Array] = {}
+        metrics: dict[str, Array] = {}
         if not needs_errors(self.reference):
-            return found
+            return metrics
         window = self.window
         for mover, axis in np.ndindex(block.failed.shape):
             if block.failed[mover, axis] >= 0:
@@ -177,9 +177,9 @@ class BatchRunner:
                 settling_band=self.settling_band,
             )
             for name, value in values.items():
-                column = found.setdefault(name, np.full(block.failed.shape, np.nan))
+                column = metrics.setdefault(name, np.full(block.failed.shape, np.nan))
                 column[mover, axis] = np.nan if value is None else value
-        return found
+        return metrics
 
 
 @dataclass(frozen=True)

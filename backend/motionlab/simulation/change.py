@@ -22,7 +22,7 @@ class Change(BaseModel):
     previous: dict[str, Any] = Field(description="Dotted path to the value before")
 
 
-def changed(scenario: Scenario, wanted: Mapping[str, Any], tick: int) -> tuple[Scenario, Change]:
+def changed(scenario: Scenario, changes: Mapping[str, Any], tick: int) -> tuple[Scenario, Change]:
     """Return a scenario with changes from a tick on, and the changes.
 
     Raises
@@ -30,17 +30,17 @@ def changed(scenario: Scenario, wanted: Mapping[str, Any], tick: int) -> tuple[S
     ConfigError
         If a value is refused or the field cannot change during a run.
     """
-    check_schedulable(wanted, "set")
-    wanted = labelled(wanted)
+    check_schedulable(changes, "set")
+    changes = labelled(changes)
     before = scenario.model_dump(mode="json")
-    after = validate(apply_changes(before, wanted))
+    after = validate(apply_changes(before, changes))
     if list(after.variants) != list(scenario.variants):
         raise ConfigError(FieldError(loc="set", message="adds or takes away a variant"))
     previous = {}
-    for path in wanted:
+    for path in changes:
         with contextlib.suppress(LookupError, TypeError, ValueError):  # it came with the change
             previous[path] = _value_at(before, path.removesuffix(".base"))
-    return after, Change(tick=tick, set=dict(wanted), previous=previous)
+    return after, Change(tick=tick, set=dict(changes), previous=previous)
 
 
 def _value_at(tables: Any, path: str) -> Any:

@@ -51,8 +51,8 @@ class Machine(Protocol):
         """Advance as far as is possible at once; see `Simulation.advance`."""
         ...
 
-    def asked(self, start: int, stop: int) -> NDArray[np.float32]:
-        """Return the reference over some ticks; see `Simulation.asked`."""
+    def references(self, start: int, stop: int) -> NDArray[np.float32]:
+        """Return the reference over some ticks; see `Simulation.references`."""
         ...
 
     def adopt(self, changes: Sequence[ReadyEpoch]) -> int:

@@ -135,9 +135,9 @@ def planned(scenario: Scenario) -> Scenario:
     trajectory = scenario.trajectory
     if not needs_plan(trajectory):
         return scenario
-    found = planned_for(scenario)
+    limits = planned_for(scenario)
     return scenario.model_copy(
-        update={"trajectory": trajectory.model_copy(update={"planned_for": found})}
+        update={"trajectory": trajectory.model_copy(update={"planned_for": limits})}
     )
 
 

@@ -35,7 +35,7 @@ def record(simulation: Machine, page: NDArray[np.float32], columns: NDArray[np.f
     count = simulation.advance(page[:, : columns.shape[1]])
     if count == 0:
         return 0
-    columns[:_SHARED, :count] = simulation.asked(start, start + count)
+    columns[:_SHARED, :count] = simulation.references(start, start + count)
     own = columns[_SHARED:, :count].reshape(-1, len(AXES), len(CHANNELS), count)
     for variant, failed in enumerate(simulation.failed_ticks):
         rows = own[variant]

@@ -169,7 +169,7 @@ class Simulation:
         """Whether a stop has come to its end."""
         return self._rest is not None and self.tick >= self._rest + _RELEASE_TICKS
 
-    def asked(self, start: int, stop: int) -> NDArray[np.float32]:
+    def references(self, start: int, stop: int) -> NDArray[np.float32]:
         """Return the reference over some ticks of one page; a view.
 
         Returns
@@ -178,11 +178,11 @@ class Simulation:
             Position, velocity and acceleration reference and load force of x, then those of y.
         """
         page, first = divmod(start, PAGE)
-        if self._asked[0] != page:
+        if self._reference_page[0] != page:
             values = np.stack(self.timeline.at(page * PAGE, (page + 1) * PAGE))
             columns = values.transpose(2, 0, 1).reshape(-1, PAGE)
-            self._asked = (page, columns.astype(np.float32))
-        return self._asked[1][:, first : first + stop - start]
+            self._reference_page = (page, columns.astype(np.float32))
+        return self._reference_page[1][:, first : first + stop - start]
 
     @property
     def failed_ticks(self) -> list[int | None]:
@@ -212,7 +212,7 @@ class Simulation:
 
     def _forget_pages(self) -> None:
         self._page = (-1, np.empty(0))
-        self._asked = (-1, np.empty((0, 0), dtype=np.float32))
+        self._reference_page = (-1, np.empty((0, 0), dtype=np.float32))
 
     def _inputs(self, page: int) -> Array:
         if self._page[0] != page:

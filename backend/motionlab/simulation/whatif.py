@@ -44,7 +44,7 @@ class Extent:
 
     exact: bool
     work_max: float
-    wanted: tuple[int, int] | None = None
+    stretch: tuple[int, int] | None = None
 
 
 def run_changed(
@@ -116,7 +116,7 @@ def _stretch(changed: Prepared, extent: Extent) -> tuple[int, int]:
     """Return the tick of the state to begin at, if one is used, and that to stop at."""
     lead = max(LEAD, changed.reference.period)
     start, stop = changed.window
-    first, last = extent.wanted or (start, stop)
+    first, last = extent.stretch or (start, stop)
     tick = min(start, first) - lead
     if tick <= 0 and changed.work > extent.work_max:
         tick = start - lead
