@@ -126,10 +126,10 @@ def _check_variant(scenario: Scenario, variant: str) -> None:
 def _check_folder(folder: Path) -> None:
     """Refuse a folder with files that are no export: some names, like Makefile, are common."""
     try:
-        found = list(folder.iterdir()) if folder.exists() else []
+        entries = list(folder.iterdir()) if folder.exists() else []
     except OSError as error:
         raise ConfigError(
             FieldError("FOLDER", f"cannot be read: {error.strerror}", str(folder))
         ) from None
-    if found and not (folder / _MARK).is_file():
+    if entries and not (folder / _MARK).is_file():
         raise ConfigError(FieldError("FOLDER", "has files that are no export", str(folder)))

@@ -120,12 +120,12 @@ def variables_of(plant: PlantConfig, start: tuple[float, float]) -> list[Variabl
     ConfigError
         If a force map is not there, or cannot be read.
     """
-    found = [Variable("time", "time", "time", "s", "independent")]
+    variables = [Variable("time", "time", "time", "s", "independent")]
     for index, axis in enumerate(AXES):
-        found += _inputs(index, axis)
-        found += _outputs(index, axis)
-        found += _axis_parameters(index, axis, getattr(plant, axis))
-        found.append(
+        variables += _inputs(index, axis)
+        variables += _outputs(index, axis)
+        variables += _axis_parameters(index, axis, getattr(plant, axis))
+        variables.append(
             Variable(
                 f"{axis}.position_start",
                 f"par[{index}].position_start",
@@ -137,7 +137,7 @@ def variables_of(plant: PlantConfig, start: tuple[float, float]) -> list[Variabl
                 fixed=True,
             )
         )
-    return found
+    return variables
 
 
 def _inputs(index: int, axis: str) -> Iterator[Variable]:

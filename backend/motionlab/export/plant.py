@@ -200,8 +200,8 @@ def _platform() -> str:
 
 def _compiled(files: Mapping[str, bytes]) -> tuple[bytes, str]:
     """Return the shared library, or nothing and the reason for that."""
-    asked = shlex.split(os.environ.get("CC", ""))
-    command = asked or next(([name] for name in COMPILERS if shutil.which(name)), [])
+    compiler = shlex.split(os.environ.get("CC", ""))
+    command = compiler or next(([name] for name in COMPILERS if shutil.which(name)), [])
     if not command:
         return b"", "there is no C compiler"
     with tempfile.TemporaryDirectory() as folder:
@@ -217,8 +217,8 @@ def _compiled(files: Mapping[str, bytes]) -> tuple[bytes, str]:
         except (OSError, subprocess.TimeoutExpired) as error:
             return b"", f"{command[0]} failed: {error}"
         if done.returncode != 0:
-            said = [*done.stderr.strip().splitlines(), f"exit code {done.returncode}"]
-            return b"", f"{command[0]} failed: {said[0]}"
+            messages = [*done.stderr.strip().splitlines(), f"exit code {done.returncode}"]
+            return b"", f"{command[0]} failed: {messages[0]}"
         return (Path(folder) / "unit.so").read_bytes(), ""
 
 

@@ -143,9 +143,9 @@ class PlanarMotorVectorEnv(VectorEnv[Any, Any, NDArray[Any]]):
         if not self._randoms:
             raise gymnasium.error.ResetNeeded("call reset before step")
         motors, infos = self._motors, {}
-        found = motors.advance(_forces(actions, (self.num_envs, 2)))
+        events = motors.advance(_forces(actions, (self.num_envs, 2)))
         over = self._returned(motors.over)
-        if found & ENDED:
+        if events & ENDED:
             for number in np.flatnonzero(over.any(axis=1)).tolist():
                 final = {"final_obs": motors.observation[number].copy(), "final_info": {}}
                 begun = motors.begin(number, self._randoms[number])

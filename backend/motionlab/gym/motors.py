@@ -233,7 +233,7 @@ class Motors:
 
     def advance(self, actions: NDArray[np.float32]) -> int:
         """Advance every motor by one step; see `motionlab.gym.step.advance`."""
-        found = advance(
+        events = advance(
             self._parameters,
             self._state,
             self._inputs,
@@ -248,11 +248,11 @@ class Motors:
             self.over,
             TABLES.values if self._tabled else None,
         )
-        if found & TURNED:
+        if events & TURNED:
             page = self._clock // PAGE
             for number in np.flatnonzero(page != (self._clock - self._ticks) // PAGE).tolist():
                 self._load(number, int(page[number]) + 1)
-        return found
+        return events
 
     def _observe(self, number: int) -> None:
         """Overwrite the observation of one motor, which stays as it is."""

@@ -188,7 +188,7 @@ def advance(  # noqa: PLR0913, PLR0917 - a tuple of arrays takes longer to pass
     rows, seen = np.zeros((INPUT_ROWS, WIDTH)), np.empty((OBSERVED, WIDTH))
     force, squares, errors = np.zeros((1, WIDTH)), np.zeros((1, WIDTH)), np.empty((1, WIDTH))
     _, per_error, _, divergence = weights
-    found = 0
+    events = 0
     mode = flush_subnormals()
     for block in range(parameters.shape[0]):
         par = groups(parameters[block], width)
@@ -236,8 +236,8 @@ def advance(  # noqa: PLR0913, PLR0917 - a tuple of arrays takes longer to pass
             if terminated:
                 reward[number] -= divergence
             if terminated or truncated:
-                found |= ENDED
+                events |= ENDED
             if after // PAGE != before // PAGE:
-                found |= TURNED
+                events |= TURNED
     restore_mode(mode)
-    return found
+    return events
