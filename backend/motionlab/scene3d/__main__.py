@@ -16,10 +16,10 @@ def main() -> None:
     """Report the port, or a failure, on stdout; then show incoming poses."""
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "w")
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # viser prints there
-    told = protocol.read(sys.stdin.buffer)
-    if told is None or told[0] != protocol.START:
+    message = protocol.read(sys.stdin.buffer)
+    if message is None or message[0] != protocol.START:
         return
-    start = protocol.SceneDescription.decode(told[1])
+    start = protocol.SceneDescription.decode(message[1])
     try:
         from motionlab.scene3d.server import SceneServer  # noqa: PLC0415 - it may not be installed
     except ImportError as error:

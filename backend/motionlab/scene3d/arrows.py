@@ -46,10 +46,10 @@ class ForceArrows:
             visible=False,
         )
 
-    def draw(self, starts: Values, vectors: Values, wanted: np.ndarray) -> None:
+    def draw(self, starts: Values, vectors: Values, drawn: np.ndarray) -> None:
         """Draw the arrows from their starts, shape (n, 3), for those that are wanted."""
         with np.errstate(invalid="ignore"):
-            long = wanted & (np.abs(vectors).sum(axis=1) > self._size)
+            long = drawn & (np.abs(vectors).sum(axis=1) > self._size)
         visible = bool(long.any())
         if visible != self._node.visible:
             self._node.visible = visible

@@ -87,9 +87,9 @@ class SceneDescription:
     @classmethod
     def decode(cls, payload: bytes) -> Self:
         """Decode a message's payload."""
-        told: dict[str, Any] = json.loads(payload)
-        x, y = (DrawnAxis(**axis) for axis in told.pop("axes"))
-        return cls(axes=(x, y), **told)
+        content: dict[str, Any] = json.loads(payload)
+        x, y = (DrawnAxis(**axis) for axis in content.pop("axes"))
+        return cls(axes=(x, y), **content)
 
 
 def width(variants: int) -> int:
@@ -152,8 +152,8 @@ def view(viewer: str, settings: ViewSettings) -> bytes:
 
 def decode_view(payload: bytes) -> tuple[str, ViewSettings]:
     """Return the viewer and what it chose."""
-    viewer, _, told = payload.partition(b"\n")
-    return viewer.decode(), ViewSettings.decode(json.loads(told))
+    viewer, _, content = payload.partition(b"\n")
+    return viewer.decode(), ViewSettings.decode(json.loads(content))
 
 
 def read(pipe: BinaryIO) -> tuple[bytes, bytes] | None:

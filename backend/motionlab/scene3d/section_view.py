@@ -118,8 +118,8 @@ class SectionView:
             self._flux.points = lines
             self._flux.colors = np.repeat(colours[:, None], 2, axis=1)
         starts, vectors = section_arrows(self.section, self._axis, variant)
-        wanted = np.repeat([kind in settings.arrows for kind in ("phases", "normal")], 3)
-        self._arrows.draw(starts, vectors, wanted)
+        drawn = np.repeat([kind in settings.arrows for kind in ("phases", "normal")], 3)
+        self._arrows.draw(starts, vectors, drawn)
         self._beat += 1
         if complete or self._beat % _LABEL_EVERY == 0:
             for k, label in enumerate(self._labels):

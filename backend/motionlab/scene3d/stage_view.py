@@ -161,7 +161,7 @@ class StageView:
         Totals of x start at the inner platform, those of y at the outer; thrust and normal force of
         a phase at its own mover.
         """
-        wanted = settings.arrows
+        kinds = settings.arrows
         x, y = self.place
         starts = self._total_starts.copy()
         starts[0, :, 0] += x
@@ -173,7 +173,7 @@ class StageView:
         self._totals.draw(
             starts.reshape(6, 3),
             along_axes(THRUST_SCALE * forces).reshape(6, 3),
-            np.array([kind in wanted for kind in ("thrust", "friction", "load")] * 2),
+            np.array([kind in kinds for kind in ("thrust", "friction", "load")] * 2),
         )
         starts, vectors = phase_arrows(self._phase_starts, self.place, variant)
         starts[..., 0] -= self._aside * np.array([0, 1], np.float32)[:, None]
@@ -181,7 +181,7 @@ class StageView:
         self._of_phases.draw(
             starts.reshape(12, 3),
             vectors.reshape(12, 3),
-            np.repeat([kind in wanted for kind in ("phases", "normal")], 6),
+            np.repeat([kind in kinds for kind in ("phases", "normal")], 6),
         )
 
     def _build_stator(

@@ -44,6 +44,6 @@ class ViewSettings:
         return json.dumps(asdict(self)).encode()
 
     @classmethod
-    def decode(cls, told: dict[str, Any]) -> Self:
+    def decode(cls, content: dict[str, Any]) -> Self:
         """Return the settings that parsed JSON describes."""
-        return cls(**{**told, "arrows": tuple(told["arrows"])})
+        return cls(**{**content, "arrows": tuple(content["arrows"])})

@@ -201,11 +201,11 @@ class Channels(Mapping[str, Samples]):
 
         from motionlab.telemetry.recorder import telemetry_schema
 
-        found = self._chosen(channels)
-        described = [(one.name, self._description(one)) for one in found]
+        columns = self._chosen(channels)
+        described = [(one.name, self._description(one)) for one in columns]
         schema = telemetry_schema(described, self.record.metadata)
         arrays = [pa.array(np.asarray(self.ticks)), pa.array(np.asarray(self.time))]
-        arrays += [pa.array(np.asarray(one), from_pandas=True) for one in found]
+        arrays += [pa.array(np.asarray(one), from_pandas=True) for one in columns]
         return pa.Table.from_arrays(arrays, schema=schema)
 
     @naming_extras("to_pandas")
@@ -219,12 +219,12 @@ class Channels(Mapping[str, Samples]):
         """
         import pandas as pd
 
-        found = self._chosen(channels)
+        columns = self._chosen(channels)
         frame = pd.DataFrame(
-            {one.name: np.asarray(one) for one in found},
+            {one.name: np.asarray(one) for one in columns},
             index=pd.Index(np.asarray(self.time), name="time"),
         )
-        frame.attrs["units"] = {one.name: one.unit for one in found}
+        frame.attrs["units"] = {one.name: one.unit for one in columns}
         return frame
 
     @naming_extras("save")

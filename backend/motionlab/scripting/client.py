@@ -53,8 +53,8 @@ class Client(Lab):
 
     def _run(self, scenario: Source, changes: dict[str, Any], *, keep: bool, name: str) -> Run:
         body = {"scenario": _sendable(scenario), "set": changes}
-        found = self._answer("/simulate", body | {"keep": keep, "name": name}, "run")
-        return Run(found, lambda: self._record(found.get("run"), body))
+        document = self._answer("/simulate", body | {"keep": keep, "name": name}, "run")
+        return Run(document, lambda: self._record(document.get("run"), body))
 
     def session(self, scenario: Source = "circle", set: Changes = None) -> Session:
         """Return a new live session, paused at its first tick; a ``with`` block ends it.
@@ -69,8 +69,8 @@ class Client(Lab):
 
     def runs(self, **query: Any) -> list[dict[str, Any]]:
         """Return the kept runs, the newest first; `query` as of ``GET /runs`` (docs/runs.md)."""
-        given = urllib.parse.urlencode(query)
-        return self._server.call("GET", f"/runs?{given}")["runs"]
+        parameters = urllib.parse.urlencode(query)
+        return self._server.call("GET", f"/runs?{parameters}")["runs"]
 
     def kept(self, run: str) -> KeptRun:
         """Return a kept run; a session's about a second after it has ended.
@@ -100,8 +100,8 @@ class Client(Lab):
         study = BY_KIND[kind]
         if scenario is not None:
             request |= {"scenario": _sendable(scenario), "set": changes_of(set)}
-        found = self._answer(study.path, tables(present(request), kind), kind)
-        return StudyResult(study, study.document_model.model_validate(found))
+        document = self._answer(study.path, tables(present(request), kind), kind)
+        return StudyResult(study, study.document_model.model_validate(document))
 
     def _answer(self, path: str, body: dict[str, Any], title: str) -> dict[str, Any]:
         """Return what a call answers, at once or by a job; interrupted, the job is cancelled."""
@@ -138,7 +138,7 @@ class Client(Lab):
 
 def _sendable(scenario: Source) -> str | dict[str, Any]:
     """Return a scenario as a request has it; a file is read here, its names are resolved."""
-    found = readable(scenario)
-    if isinstance(found, Path):
-        return load_scenario(found).model_dump(mode="json")
-    return found
+    source = readable(scenario)
+    if isinstance(source, Path):
+        return load_scenario(source).model_dump(mode="json")
+    return source

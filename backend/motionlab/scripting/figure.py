@@ -71,7 +71,7 @@ def figure_of(
         figure = NotebookFigure(figsize=(_WIDTH, 0.6 + _HEIGHT * len(panels)), layout="constrained")
         axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0].tolist()
     else:
-        axes = _given(ax, [unit for unit, _ in panels])
+        axes = _checked_axes(ax, [unit for unit, _ in panels])
         figure = axes[0].figure.figure  # that of a part, too
     for (unit, _), place, drawn in zip(panels, axes, panels.values(), strict=True):
         factor, shown = _scale(unit, drawn)
@@ -99,7 +99,7 @@ def figure_of(
     return figure
 
 
-def _given(ax: Any, units: list[str]) -> list[Axes]:
+def _checked_axes(ax: Any, units: list[str]) -> list[Axes]:
     """Return the axes that were given, one for each panel."""
     axes = list(np.ravel(np.asarray(ax, object)))
     if not all(isinstance(one, Axes) for one in axes):

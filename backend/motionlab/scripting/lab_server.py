@@ -145,10 +145,10 @@ class LabServer:
 
 def _is_address(text: object) -> bool:
     try:
-        found = urllib.parse.urlsplit(text) if isinstance(text, str) else None
+        address = urllib.parse.urlsplit(text) if isinstance(text, str) else None
     except ValueError:
         return False
-    return found is not None and found.scheme in ("http", "https") and bool(found.netloc)
+    return address is not None and address.scheme in ("http", "https") and bool(address.netloc)
 
 
 class HeldLease:

@@ -130,16 +130,16 @@ def linearise(
     ConfigError
         For a law that has no linearisation, or a variant or axis that is not there.
     """
-    found: Scenario = load_scenario(readable(scenario), changes_of(set))
-    name = list(found.variants)[-1] if variant is None else variant
-    _refuse_others("variant", name, list(found.variants))
+    resolved: Scenario = load_scenario(readable(scenario), changes_of(set))
+    name = list(resolved.variants)[-1] if variant is None else variant
+    _refuse_others("variant", name, list(resolved.variants))
     _refuse_others("axis", axis, ["x", "y"])
     if velocity is not None:
         check_number("velocity", velocity, unit="m/s", minimum=0.0, maximum=_FASTEST)
-    v_s = getattr(found.plant, axis).friction.v_s
+    v_s = getattr(resolved.plant, axis).friction.v_s
     v = SLIDING * v_s if velocity is None else velocity
-    loop, rest = linearised(found, name, axis, v=v), linearised(found, name, axis, v=0.0)
-    limits = stability_limits(found, name, axis, v / v_s)
+    loop, rest = linearised(resolved, name, axis, v=v), linearised(resolved, name, axis, v=0.0)
+    limits = stability_limits(resolved, name, axis, v / v_s)
     return LinearLoop(
         plant=loop.plant,
         controller=loop.controller,

@@ -81,10 +81,10 @@ class Local(Lab):
         ours = _kept_runs("run(keep=True)") if keep else None
         with tick_bar(prepared.reference.ticks) as progress:
             recording = run(prepared, progress)
-        found = document(prepared, recording)
+        result = document(prepared, recording)
         if ours is not None:
-            found["run"] = ours.keep(prepared, recording, found, name=name).id
-        return Run(found, lambda: record_of(recording, prepared.scenario))
+            result["run"] = ours.keep(prepared, recording, result, name=name).id
+        return Run(result, lambda: record_of(recording, prepared.scenario))
 
     @first_use()
     def _study(
@@ -106,8 +106,8 @@ class Local(Lab):
         if study.direct:
             return StudyResult(study, study.document(study.run(plan, lambda *_: None)))
         with executing(scheduler), shown_share(kind) as progress:
-            found = study.run(plan, lambda share, _partial=None: progress(share))
-        return StudyResult(study, study.document(found))
+            result = study.run(plan, lambda share, _partial=None: progress(share))
+        return StudyResult(study, study.document(result))
 
 
 def _kept_runs(caller: str) -> Library:

@@ -62,8 +62,8 @@ class Run(Channels):
     @property
     def diverged(self) -> dict[str, float]:
         """Variants that diverged, and when, s."""
-        found = {name: each["diverged"] for name, each in self.document["variants"].items()}
-        return {name: each["time"] for name, each in found.items() if each is not None}
+        divergences = {name: each["diverged"] for name, each in self.document["variants"].items()}
+        return {name: each["time"] for name, each in divergences.items() if each is not None}
 
     @property
     def notes(self) -> list[str]:

@@ -246,12 +246,12 @@ def _streamed(
 ) -> Iterator[Block]:
     hello = json.loads(socket.recv(_SILENCE))
     known = {column["name"]: Channel(**column) for column in hello["columns"]}
-    wanted = {name: known[name] for name in channels if name in known} if channels else known
+    selected = {name: known[name] for name in channels if name in known} if channels else known
     wrong = [name for name in channels if name not in known]
     if wrong:
         raise ConfigError(*(FieldError("channels", "no channel of that name", n) for n in wrong))
     begin = {} if from_tick is None else {"from_tick": from_tick}
-    wish = {"type": "subscribe", "columns": list(wanted), "frame_ticks": frame_ticks}
+    wish = {"type": "subscribe", "columns": list(selected), "frame_ticks": frame_ticks}
     socket.send(json.dumps(wish | begin))
     session, next_tick = hello["session"], None
     while session["state"] not in _AT_REST or next_tick is None or next_tick < session["tick"]:
@@ -259,18 +259,18 @@ def _streamed(
         if isinstance(message, bytes):
             frame = decode(message)
             socket.send(f'{{"type": "ack", "sequence": {frame.sequence}}}')
-            block = Block(wanted, frame.columns, frame.first_tick)
+            block = Block(selected, frame.columns, frame.first_tick)
             next_tick = block.ticks.stop
             yield block
             continue
-        told = json.loads(message)
-        match told["type"]:
+        content = json.loads(message)
+        match content["type"]:
             case "error":
-                raise ServerRefused(told["problem"]["detail"])
+                raise ServerRefused(content["problem"]["detail"])
             case "session":
-                session = told["session"]
+                session = content["session"]
             case "subscribed":
-                next_tick = told["from_tick"]
+                next_tick = content["from_tick"]
             case "reset":
                 next_tick = 0
 

@@ -111,24 +111,24 @@ class StudyResult(Generic[Document]):
         return in_notebook(element("pre", str(self)))
 
 
-def _of_sweep(found: SweepDocument) -> Iterator[Row]:
-    shape = found.shape
-    for case in range(found.cases):
+def _of_sweep(document: SweepDocument) -> Iterator[Row]:
+    shape = document.shape
+    for case in range(document.cases):
         row: Row = {"case": case}
         place = case
-        for field, size in reversed(list(zip(found.fields, shape, strict=False))):
+        for field, size in reversed(list(zip(document.fields, shape, strict=False))):
             row[field.path] = field.values[place % size]
             place //= size
-        if len(shape) < len(found.fields):  # a list: first values together, then second ones
-            row |= {field.path: field.values[case] for field in found.fields}
-        for name, variant in found.variants.items():
+        if len(shape) < len(document.fields):  # a list: first values together, then second ones
+            row |= {field.path: field.values[case] for field in document.fields}
+        for name, variant in document.variants.items():
             for axis, swept in variant.axes.items():
                 row |= {f"{name}.{axis}.{key}": v[case] for key, v in swept.metrics.items()}
         yield row
 
 
-def _of_tuning(found: TuneDocument) -> Iterator[Row]:
-    for group in found.groups:
+def _of_tuning(document: TuneDocument) -> Iterator[Row]:
+    for group in document.groups:
         for one in (group.present, group.paper, *group.candidates):
             row: Row = {"origin": one.origin, "cost": one.cost, "feasible": one.feasible}
             yield (
@@ -139,18 +139,18 @@ def _of_tuning(found: TuneDocument) -> Iterator[Row]:
             )
 
 
-def _of_cases(found: MonteCarloDocument) -> Iterator[Row]:
-    columns = found.table or {
+def _of_cases(document: MonteCarloDocument) -> Iterator[Row]:
+    columns = document.table or {
         f"{name}.{axis}.max_abs_following_error": each.peaks
-        for name, variant in found.variants.items()
+        for name, variant in document.variants.items()
         for axis, each in variant.axes.items()
     }
-    for case in range(found.cases):
+    for case in range(document.cases):
         yield {"case": case, **{name: values[case] for name, values in columns.items()}}
 
 
-def _of_points(found: IdentificationDocument) -> Iterator[Row]:
-    for axis, each in found.axes.items():
+def _of_points(document: IdentificationDocument) -> Iterator[Row]:
+    for axis, each in document.axes.items():
         for point, residual in zip(each.points, each.residuals, strict=True):
             yield {"axis": axis, **point.model_dump(), "residual": residual}
 
