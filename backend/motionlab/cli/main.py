@@ -16,7 +16,7 @@ from motionlab.cli.exit_codes import BAD_INPUT, DONE, FAILED, INTERRUPTED
 from motionlab.cli.messages import discard, plain_stdout, say, unbreakable_stderr
 from motionlab.cli.parser import Parser, print_problem
 from motionlab.errors import ConfigError, Infeasible, MotionLabError, naming_extras, shown
-from motionlab.executors.progress import first_use, told
+from motionlab.executors.progress import first_use, progress_shown
 
 _MODULES = {
     "run": ("run",),
@@ -79,7 +79,7 @@ def _carry_out(arguments: Sequence[str] | None) -> int:
             asked = given if given not in ([], ["help"]) else ["--help"]
             options = _parser(asked).parse_args(asked)
             command = str(shown(shlex.join(["motionlab", *asked])))
-            with told(not hasattr(options, "quiet")), first_use(), naming_extras(command):
+            with progress_shown(not hasattr(options, "quiet")), first_use(), naming_extras(command):
                 code = options.command(options)
                 if hasattr(options, "verbose"):
                     say(f"took {time.perf_counter() - started:.2f} s")

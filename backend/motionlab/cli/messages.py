@@ -9,7 +9,7 @@ import sys
 from collections.abc import Iterator
 from typing import Any, TextIO
 
-from motionlab.executors.progress import is_told
+from motionlab.executors.progress import shows_progress
 from motionlab.reports.plain_text import PlainStream
 from motionlab.reports.tables import on_terminal
 
@@ -64,7 +64,7 @@ def plain_stdout() -> Iterator[None]:
 
 def say(text: str) -> None:
     """Print a note on stderr, unless ``--quiet`` is given."""
-    if is_told():
+    if shows_progress():
         for line in text.splitlines():
             print(f"motionlab: {line}", file=sys.stderr)
 

@@ -124,7 +124,7 @@ class Cluster(Pool):
         from distributed.comm.core import CommClosedError  # noqa: PLC0415
 
         try:
-            found = future.result(timeout=_RESULT_SECONDS)
+            result = future.result(timeout=_RESULT_SECONDS)
         except KilledWorker as error:
             raise WorkerLost(
                 f"a task was held by {error.allowed_failures + 1} workers that were lost; is there "
@@ -133,7 +133,7 @@ class Cluster(Pool):
         except (FutureCancelledError, CommClosedError):
             raise WorkerLost(f"the scheduler {self._address} was lost") from None
         future.release()
-        return found
+        return result
 
     def check(self) -> None:
         """Raise WorkerLost after some seconds without a worker, or an answer of the scheduler."""
@@ -156,8 +156,8 @@ class _Watch:
 
     def __init__(self, client: Any, address: str) -> None:
         self._client, self._address = client, address
-        self._asked: Future[dict[str, int]] | None = None
-        self._asked_at = self._looked_at = self._well_at = time.monotonic()
+        self._query: Future[dict[str, int]] | None = None
+        self._query_at = self._looked_at = self._well_at = time.monotonic()
         self._answers = True
 
     def look(self) -> None:
@@ -172,17 +172,17 @@ class _Watch:
         if now - self._looked_at > _LOST_SECONDS / 2:  # whoever takes the results was slow
             self._well_at = now
         self._looked_at = now
-        if self._asked is not None and self._asked.done():
-            self._answers = self._asked.exception() is None
-            if self._answers and self._asked.result():
+        if self._query is not None and self._query.done():
+            self._answers = self._query.exception() is None
+            if self._answers and self._query.result():
                 self._well_at = now
-            self._asked = None
-        if self._asked is None and now - self._asked_at >= _LOOK_SECONDS:
+            self._query = None
+        if self._query is None and now - self._query_at >= _LOOK_SECONDS:
             question = self._client.scheduler.ncores()
-            self._asked = run_coroutine_threadsafe(question, self._client.loop.asyncio_loop)
-            self._asked_at = now
+            self._query = run_coroutine_threadsafe(question, self._client.loop.asyncio_loop)
+            self._query_at = now
         if now - self._well_at > _LOST_SECONDS:
-            silent = self._asked is not None and now - self._asked_at > _LOST_SECONDS / 2
+            silent = self._query is not None and now - self._query_at > _LOST_SECONDS / 2
             what = "has no workers left" if self._answers and not silent else "does not answer"
             raise WorkerLost(f"the scheduler {self._address} {what}")
 

@@ -92,11 +92,11 @@ class InProcess(Executor):
 
     def parts(self, count: int, most: int) -> list[slice]:
         """Return slices of growing size: the first results come early, and few are small."""
-        found, size, first = [], min(_FIRST, most), 0
+        slices, size, first = [], min(_FIRST, most), 0
         while first < count:
-            found.append(slice(first, min(first + size, count)))
-            first, size = found[-1].stop, min(2 * size, most)
-        return found
+            slices.append(slice(first, min(first + size, count)))
+            first, size = slices[-1].stop, min(2 * size, most)
+        return slices
 
     def map(
         self,
@@ -269,12 +269,12 @@ def _slices(count: int, size: int) -> list[slice]:
 def _answer(result: Callable[[Any], ResultT], future: Any) -> Callable[[], ResultT]:
     """Return a function that returns a result, or raises what the task has raised."""
     try:
-        found = result(future)
+        answer = result(future)
     except TimeoutError:
         raise
     except Exception as error:
         return _raising(error)
-    return lambda: found
+    return lambda: answer
 
 
 def _raising(error: Exception) -> Callable[[], Any]:

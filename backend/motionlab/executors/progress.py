@@ -16,22 +16,22 @@ _LONG_RUN = 100_000  # ticks; shorter runs are over before a bar could be read
 _NOTEBOOK_BAR = 40  # characters
 _PAUSE = 0.25  # s, between two updates in a notebook
 
-_told = ContextVar("told", default=True)
+_shown = ContextVar("shown", default=True)
 
 
 @contextlib.contextmanager
-def told(wanted: bool) -> Iterator[None]:
+def progress_shown(shown: bool) -> Iterator[None]:
     """Show progress and notes while a block lasts, or do not."""
-    before = _told.set(wanted)
+    before = _shown.set(shown)
     try:
         yield
     finally:
-        _told.reset(before)
+        _shown.reset(before)
 
 
-def is_told() -> bool:
+def shows_progress() -> bool:
     """Return whether progress and notes are shown."""
-    return _told.get()
+    return _shown.get()
 
 
 @contextlib.contextmanager
@@ -43,7 +43,7 @@ def tick_bar(ticks: int) -> Iterator[Callable[[int], Any] | None]:
     callable or None
         Takes the number of ticks done since the last call; None where no bar is shown.
     """
-    if ticks < _LONG_RUN or not is_told() or not has_bars():
+    if ticks < _LONG_RUN or not shows_progress() or not has_bars():
         yield None
         return
     done = 0
@@ -66,7 +66,7 @@ def share_done(title: str) -> Iterator[Callable[[float], None]]:
     callable
         Takes the share done, 0 to 1.
     """
-    if not is_told():
+    if not shows_progress():
         yield lambda _: None
         return
     if not has_bars():
@@ -122,9 +122,9 @@ def watch_compilation() -> None:
 def compiling() -> None:
     """Say, once in a process, that the first use compiles; does nothing outside `first_use`."""
     stack = _first_use.get()
-    if stack is None or not is_told() or _COMPILING in _said:
+    if stack is None or not shows_progress() or _COMPILING in _notes_shown:
         return
-    _said.add(_COMPILING)
+    _notes_shown.add(_COMPILING)
     notebook = _notebook()
     if notebook is None:
         print(f"motionlab: {_COMPILING}", file=sys.stderr, flush=True)
@@ -135,7 +135,7 @@ def compiling() -> None:
 _COMPILING = "compiling, once on this machine; `motionlab precompile` compiles everything"
 _LONG_COMPILATION = ("motionlab.kernel", "motionlab.trajectories.time_optimal")
 """Modules whose functions take long enough to be worth a word."""
-_said: set[str] = set()
+_notes_shown: set[str] = set()
 _first_use: ContextVar[contextlib.ExitStack | None] = ContextVar("first_use", default=None)
 
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from motionlab.config.changes import with_files
 from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError, FieldError, RunWarning, naming_extras
-from motionlab.executors.progress import has_bars, is_told, share_done, told
+from motionlab.executors.progress import has_bars, progress_shown, share_done, shows_progress
 from motionlab.library.run import check_name
 from motionlab.scripting.run import Run
 from motionlab.scripting.study_result import StudyResult
@@ -458,7 +458,7 @@ def check_words(loc: str, value: object) -> None:
 @contextlib.contextmanager
 def shown_share(title: str) -> Iterator[Callable[[float], None]]:
     """Show the share of long work that is done in a terminal or a notebook, nowhere else."""
-    with told(is_told() and has_bars()), share_done(title) as progress:
+    with progress_shown(shows_progress() and has_bars()), share_done(title) as progress:
         yield progress
 
 

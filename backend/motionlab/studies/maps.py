@@ -8,7 +8,7 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from motionlab.errors import ConfigError, FieldError
-from motionlab.executors.progress import is_told
+from motionlab.executors.progress import shows_progress
 from motionlab.studies.study import RequestLimits, Study, StudyCommand, lazy
 
 if TYPE_CHECKING:
@@ -117,7 +117,7 @@ class MapStudy(Study):
 
         super().after(result, options)
         name = result.document.content_hash
-        if is_told():
+        if shows_progress():
             print(
                 f"motionlab: kept in {kept_maps().folder}; in a motor: "
                 f"--set plant.force_map={name}",
