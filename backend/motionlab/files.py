@@ -90,12 +90,12 @@ def make_private(paths: Iterable[Path]) -> None:
     """
     for path in paths:
         with contextlib.suppress(OSError):
-            found = path.lstat()
-            if found.st_uid != os.geteuid() or stat.S_ISLNK(found.st_mode):
+            status = path.lstat()
+            if status.st_uid != os.geteuid() or stat.S_ISLNK(status.st_mode):
                 continue
-            if others := found.st_mode & 0o077:
-                path.chmod(stat.S_IMODE(found.st_mode) & ~others)
-            if stat.S_ISDIR(found.st_mode):
+            if others := status.st_mode & 0o077:
+                path.chmod(stat.S_IMODE(status.st_mode) & ~others)
+            if stat.S_ISDIR(status.st_mode):
                 make_private(path.iterdir())
 
 
@@ -191,8 +191,8 @@ def failure(what: str, error: OSError) -> StoreError:
 
 def stamp(path: Path) -> Stamp:
     """Return a stamp that changes with a file, even if a copy keeps the modification time."""
-    found = path.stat()
-    return found.st_ino, found.st_mtime_ns, found.st_ctime_ns, found.st_size
+    status = path.stat()
+    return status.st_ino, status.st_mtime_ns, status.st_ctime_ns, status.st_size
 
 
 class Summaries(Generic[T]):
@@ -226,10 +226,10 @@ class Summaries(Generic[T]):
             if known is not None and known[0] == now:
                 self._known.move_to_end(path)
                 return known[1]
-        found = self._read(path)
+        summary = self._read(path)
         with self._lock:
-            self._known[path] = now, found
+            self._known[path] = now, summary
             self._known.move_to_end(path)
             while len(self._known) > self._most:
                 self._known.popitem(last=False)
-        return found
+        return summary

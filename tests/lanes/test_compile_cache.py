@@ -51,7 +51,7 @@ def test_a_first_use_says_that_it_compiles(
 ) -> None:
     import motionlab.simulation.prepare  # noqa: F401 - whoever computes loads it
 
-    monkeypatch.setattr(progress, "_said", set())
+    monkeypatch.setattr(progress, "_notes_shown", set())
     monkeypatch.setattr(progress, "_LONG_COMPILATION", ("doubling",))
     _hits(_loaded(tmp_path / "server", monkeypatch))
     assert capsys.readouterr().err == ""
