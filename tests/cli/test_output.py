@@ -205,6 +205,6 @@ def test_progress_is_a_bar_on_a_terminal_and_lines_elsewhere(
             done(1)
     assert "cases" in terminal.getvalue()
     assert "run" in terminal.getvalue()
-    with progress.told(False), progress.share_done("quiet") as done:
+    with progress.progress_shown(False), progress.share_done("quiet") as done:
         done(0.5)
     assert "quiet" not in terminal.getvalue()
