@@ -84,7 +84,7 @@ def test_flags_intervals_and_peaks(name, axis):
             assert (found.value[i], found.limit[i]) == (value[worst], limit[worst])
             assert demand.value_at(quantity, worst) == value[worst]
             assert demand.limit_at(quantity, worst) == limit[worst]
-    assert demand.found == flags
+    assert demand.violations == flags
 
 
 def test_limits_say_nothing_of_the_ticks_at_which_they_do_not_hold():
