@@ -283,7 +283,7 @@ class NotInstalled(MotionLabError, ImportError):
 
 
 def needs(module: str) -> str:
-    """Return what a message says of a missing module: its extra, and how that is installed."""
+    """Return the hint about a missing module: its extra, and how that is installed."""
     extra = EXTRA_OF[module]
     return f'needs the extra {extra}: pip install "motionlab[{extra}]"'
 

@@ -74,7 +74,7 @@ class Aligned:
         )
 
     def place(self, instant: int) -> Place:
-        """Return where an instant is."""
+        """Return the abscissa of an instant."""
         path = self.alignment.path
         own = _at(self.alignment.baseline, instant)
         other = _at(self.alignment.candidate, instant)
@@ -86,7 +86,7 @@ class Aligned:
         )
 
     def axis(self, instants: NDArray[np.int64]) -> NDArray[np.floating[Any]]:
-        """Return where instants are: baseline's time, arc length over all laps, or sample."""
+        """Return the abscissa of instants: baseline time, arc length over all laps, or sample."""
         if self.alignment.path is not None:
             return self.alignment.path.coordinate[instants]
         positions = self.alignment.baseline
@@ -221,7 +221,7 @@ def _aligned(baseline: Columns, candidate: Columns, how: Comparing) -> Alignment
 
 
 def _within(alignment: Alignment, baseline: Columns, how: Comparing) -> Alignment:
-    """Return the instants within the range of time that is asked for."""
+    """Return the instants within the requested time range."""
     if not alignment.instants or (how.start is None and how.end is None):
         return alignment
     start, end = (

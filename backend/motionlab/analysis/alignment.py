@@ -303,7 +303,7 @@ class _Course:
         return lap, np.maximum(arc - self._laps[lap], 0.0)
 
     def places(self, coordinate: Array, instants: Array) -> Array:
-        """Return where among all samples q takes some values; the last of several at one value."""
+        """Return the samples at which q takes some values; the last of several at one value."""
         last = len(coordinate) - 1
         before = np.searchsorted(coordinate, instants + SAME_ARC, side="right") - 1
         before = np.clip(before, 0, last)

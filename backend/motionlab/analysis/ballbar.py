@@ -76,7 +76,7 @@ class Harmonics:
 
 @dataclass(frozen=True)
 class DirectionFigures:
-    """What one lap in one direction gives.
+    """Figures of one lap in one direction.
 
     Attributes
     ----------
@@ -101,7 +101,7 @@ class DirectionFigures:
 
 @dataclass(frozen=True)
 class BothFigures:
-    """What both directions together give.
+    """Figures of both directions together.
 
     Attributes
     ----------

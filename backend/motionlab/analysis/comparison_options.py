@@ -1,4 +1,4 @@
-"""How two runs are compared: alignment, range, tolerances, channels, variants."""
+"""Options of a comparison: alignment, range, tolerances, channels, variants."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ RULES_MAX = 1000
 
 
 class Tolerance(BaseModel):
-    """How far a channel may be from the baseline: max(absolute, relative * abs(baseline))."""
+    """Tolerance of a channel about the baseline: max(absolute, relative * abs(baseline))."""
 
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
@@ -30,7 +30,7 @@ class Tolerance(BaseModel):
 
 
 class Rule(BaseModel):
-    """What holds for some channels; what is left out is as for all others."""
+    """Options of some channels; those left out are as for all others."""
 
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
@@ -43,7 +43,7 @@ class Rule(BaseModel):
 
 
 class Comparing(BaseModel):
-    """How two runs are compared."""
+    """Options of a comparison of two runs."""
 
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
 

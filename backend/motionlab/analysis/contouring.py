@@ -32,7 +32,7 @@ FINENESS = 4e-3
 
 
 class Nearest(NamedTuple):
-    """Where the reference path is nearest to each measured position.
+    """Nearest point of the reference path to each measured position.
 
     Attributes
     ----------
@@ -86,7 +86,7 @@ def prolonged(path: Array, window: tuple[int, int]) -> tuple[Array, tuple[int, i
 
 
 def _straight(ends: Array) -> Array:
-    """Return where a path goes on from two samples, shape (1, 2); (0, 2) at rest."""
+    """Return the straight continuation of a path by two samples, shape (1, 2); (0, 2) at rest."""
     step = np.diff(ends, axis=0)
     length = np.hypot(*step.T)
     moving = length > 0.0
@@ -195,7 +195,7 @@ def _nearest(path: Array, here: Array, present: NDArray[np.int64], following_err
 
 @compiled
 def _share(x: float, y: float, along_x: float, along_y: float) -> float:
-    """Return which share of the segment from the origin to `along` is nearest to (x, y)."""
+    """Return the share of the segment from the origin to `along` that is nearest to (x, y)."""
     squared = along_x * along_x + along_y * along_y
     share = (x * along_x + y * along_y) / squared if squared > 0.0 else 0.0  # it may underflow
     return min(max(share, 0.0), 1.0)

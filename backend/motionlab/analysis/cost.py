@@ -1,4 +1,4 @@
-"""What a motion costs: energy, currents, forces, and the balance of the mechanical energy.
+"""Cost of a motion: energy, currents, forces, and the balance of the mechanical energy.
 
 Samples are T apart; within a period the currents, and so the thrust, go to their new values as the
 amplifier's first-order loop does, ``F(t) = F_1 + (F_0 - F_1) exp(-t/tau)``, and the velocity in a
@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 
 
 class Within(NamedTuple):
-    """How a quantity goes from one sample to the next: shares of the difference to the later one.
+    """Course of a quantity between two samples, as shares of their difference.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ HELD = Within(1.0, 1 / 2, 1.0)
 
 
 def settling(tau: float, period: float) -> Within:
-    """Return how a first-order loop of time constant `tau`, s, goes from sample to sample."""
+    """Return the course between samples of a first-order loop of time constant `tau`, s."""
     if tau <= 0.0:
         return Within(0.0, 0.0, 0.0)
     r = tau / period

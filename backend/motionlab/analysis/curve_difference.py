@@ -42,7 +42,7 @@ class Difference(NamedTuple):
 
 
 class Bounds(NamedTuple):
-    """How far from the baseline a candidate may be, and how far away in time.
+    """Tolerance band about the baseline, in value and in time.
 
     Attributes
     ----------

@@ -70,7 +70,7 @@ class Reversal(NamedTuple):
 
 
 def reversals(velocity: Array) -> list[Reversal]:
-    """Return where a reference turns, also after a rest.
+    """Return the samples at which a reference reverses, also after a rest.
 
     Parameters
     ----------

@@ -46,7 +46,7 @@ _ERROR = re.compile(r"([A-Z])\.([xy])\.following_error")
 
 
 class SpectrumOptions(BaseModel):
-    """How spectra are taken, and which part of them is wanted."""
+    """Settings of spectra, and the frequency range to return."""
 
     window: Window = Field(default="hann", description="Window function")
     averages: int = Field(
@@ -97,7 +97,7 @@ class SpectrumPeak(BaseModel):
 
 
 class LoopResponse(BaseModel):
-    """What the linearised loop makes of a white disturbance and of the encoder's counts."""
+    """Response of the linearised loop to a white disturbance and to quantisation of the encoder."""
 
     variant: str
     axis: str

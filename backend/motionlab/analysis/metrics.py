@@ -110,7 +110,7 @@ def _relative_overshoot(window: ErrorWindow) -> float | None:
 
 
 def _excursions(window: ErrorWindow) -> list[tuple[float, float]]:
-    """Return how far each hold went past its target, and the length of its move, m."""
+    """Return the overshoot of each hold, and the length of its move, m."""
     return [
         (max(0.0, float((-np.sign(move) * window.error[a:b]).max())), abs(move))
         for a, b, move in window.holds

@@ -56,7 +56,7 @@ class Rest(NamedTuple):
 
 @dataclass(frozen=True)
 class Target:
-    """What the approaches of one target give.
+    """Deviations of the approaches of one target.
 
     Attributes
     ----------
@@ -170,7 +170,7 @@ def _shift(i: int) -> float:
 
 
 def cycle(targets: Sequence[float], overrun: float, runs: int) -> list[float]:
-    """Return where the axis stops in turn: the standard test cycle.
+    """Return the positions of the standard test cycle, in the order of the visit.
 
     From beyond the first target up through all, beyond the last, and down again, `runs` times; the
     axis turns outside of the targets.
@@ -181,7 +181,7 @@ def cycle(targets: Sequence[float], overrun: float, runs: int) -> list[float]:
 
 
 def rests(reference: Array, period: float) -> list[Rest]:
-    """Return where a reference rests after it has moved.
+    """Return the rests of a reference after a move.
 
     Parameters
     ----------

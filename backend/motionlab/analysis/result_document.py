@@ -36,7 +36,7 @@ AxisComparison = _metrics(
 
 
 class DivergenceRecord(_Document):
-    """Where and how a variant diverged."""
+    """Time and channel of a divergence."""
 
     time: float = Field(description="First instant not to be trusted, s")
     channel: str = Field(description="Axis and channel that failed")

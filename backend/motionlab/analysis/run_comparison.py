@@ -165,7 +165,7 @@ def _side(columns: Columns) -> Side:
 
 
 def _batch(ticks: int) -> int:
-    """Return how many columns are read at a time: one of a run of hours."""
+    """Return the number of columns to read at a time: one of a run of hours."""
     return max(1, min(_BATCH, _BATCH * 2_000_000 // max(1, ticks)))
 
 

@@ -284,7 +284,7 @@ def _share(probability: float, degrees: float) -> float:
 
 
 def _vertex(three: Array) -> float:
-    """Return how far from the middle the parabola through three logarithms is highest."""
+    """Return the offset from the middle of the vertex of the parabola through three logarithms."""
     if len(three) < 3 or (three <= 0.0).any():
         return 0.0
     low, middle, high = np.log(three)
@@ -351,7 +351,7 @@ def level(bands: Bands, shape: Array, floor: Array) -> float:
 
 
 def decibels_above(peak: Peak, bands: Bands, expected: Array, at_peak: float) -> float | None:
-    """Return how much more than expected a peak rises beside its surroundings, dB.
+    """Return the rise of a peak above its surroundings beyond what noise explains, dB.
 
     The expected density is scaled to the median of the bands within an octave; None without any.
 
@@ -375,7 +375,7 @@ def decibels_above(peak: Peak, bands: Bands, expected: Array, at_peak: float) ->
 
 
 def thinned(density: Array, frequency: Array, points: int) -> NDArray[np.intp]:
-    """Return which bins to draw: least and largest of equal steps of the logarithm of frequency.
+    """Return the bins to draw: least and largest of equal steps of the logarithm of frequency.
 
     Parameters
     ----------

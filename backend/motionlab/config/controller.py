@@ -236,7 +236,7 @@ class DisturbanceObserverConfig(Config):
 
 
 class SharingConfig(Config):
-    """How a force command is shared among the phases; docs/sharing.md."""
+    """Force-sharing function of the phases; docs/sharing.md."""
 
     law: SharingLaw = Field(
         title="force sharing",

@@ -1,4 +1,4 @@
-"""How thrust follows from position and current: a formula, or a table that was computed."""
+"""Force maps, thrust over position and current: a formula, or a computed table."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ class TableMapConfig(Config):
 
 
 def _kind(value: Any) -> Any:
-    """Return which kind of map a value is meant to be; without ``kind``, the formula."""
+    """Return the kind of map of a value; the formula without ``kind``."""
     if isinstance(value, Mapping):
         return value.get("kind", "analytic")
     return getattr(value, "kind", "analytic")

@@ -30,7 +30,7 @@ _MODEL = re.compile(r"variants\.[A-Z]\.controller\.model")
 
 
 class _Names(NamedTuple):
-    """Where names of parts lead."""
+    """Resolver of names of parts."""
 
     folder: Path | None = None
     """What paths of files are relative to; None where only names may be given."""

@@ -80,7 +80,7 @@ def read_source(source: str | Path | Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def _others(tables: Mapping[str, Any], nowhere: Sequence[FieldError]) -> list[FieldError]:
-    """Return what else is wrong with tables, some of whose names lead nowhere."""
+    """Return the further errors of tables in which some names are unknown."""
     places = ["" if error.loc == "scenario" else f"{error.loc}." for error in nowhere]
     try:
         validate(tables)
@@ -114,7 +114,7 @@ def validate(document: Mapping[str, Any]) -> Scenario:
 
 
 def _errors_of_events(document: Mapping[str, Any], known: Sequence[FieldError]) -> list[FieldError]:
-    """Return what is wrong with the changes of each event by itself, beside `known` errors."""
+    """Return the errors of each event's own changes, beside `known` ones."""
     errors: list[FieldError] = []
     schedule = document.get("schedule")
     for index, event in enumerate(schedule if isinstance(schedule, list | tuple) else ()):

@@ -128,7 +128,7 @@ class _Reader:
             self._read = self._key
 
     def _note(self, path: tuple[str, ...], line: int) -> None:
-        """Note the line of a path, and of each table about it that has none yet."""
+        """Record the line of a path, and of each enclosing table without one."""
         for end in range(len(path), 0, -1):
             self.lines.setdefault(".".join(path[:end]), line)
 

@@ -106,7 +106,7 @@ def field_errors(error: ValidationError, model: type[BaseModel]) -> list[FieldEr
 
 
 def in_words(item: Mapping[str, Any]) -> tuple[str, str]:
-    """Return what an error of pydantic's list says is wrong, and what is allowed if it says so."""
+    """Return the message of a pydantic error, and the allowed range if it has one."""
     kind, details = item["type"], item.get("ctx", {})
     message = _MESSAGES.get(kind) or str(item["msg"]).removeprefix("Value error, ")
     allowed = ""
@@ -227,7 +227,7 @@ def _field_error(item: dict[str, Any], model: type[BaseModel]) -> FieldError:
 
 
 def _table_in_words(value: Any, path: list[str], info: FieldInfo | None) -> tuple[str, str]:
-    """Return what is wrong with a value in a table's place, and the table's fields."""
+    """Return the message about a value in place of a table, with the table's fields."""
     tables = [each for each in (members(info.annotation) if info else ()) if _is_table(each)]
     fields = [key for each in tables for key in each.model_fields] if len(tables) == 1 else []
     part = next((field for field in fields if field in _PARTS), None)

@@ -89,7 +89,7 @@ class Cluster(Pool):
 
     @functools.cached_property
     def _code(self) -> Code:
-        """What every worker must run: our sources, on a processor like the first worker's."""
+        """Code and processor that all workers must share: our sources, and the first worker's."""
         expected = Code.here()
         future = self._client.submit(processor, pure=False)
         while True:

@@ -256,7 +256,7 @@ def without_lock(workers: int | None = None) -> AbstractContextManager[Executor]
 
 
 def cores() -> int:
-    """Return how many cores this process may use."""
+    """Return the number of cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1

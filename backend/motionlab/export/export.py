@@ -31,7 +31,7 @@ _MARK = "psrm_controller.h"
 
 @dataclass(frozen=True)
 class Export:
-    """What was written.
+    """Files of an exported controller.
 
     Attributes
     ----------

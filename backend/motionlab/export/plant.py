@@ -56,7 +56,7 @@ _CAUSALITIES = {"input": "PSRM_INPUT", "output": "PSRM_OUTPUT"}
 
 @dataclass(frozen=True)
 class PlantExport:
-    """What was written.
+    """Files of an exported motor.
 
     Attributes
     ----------

@@ -56,7 +56,7 @@ _ERROR_LIMIT = parameter_row("limits.error")
 
 
 class Observed(NamedTuple):
-    """What an agent sees of an axis: what its controller sees at the same instant."""
+    """Observation of an axis: what its controller sees at the same instant."""
 
     following_error: Lanes  # m
     following_error_rate: Lanes  # m/s
@@ -86,7 +86,7 @@ class Weights(NamedTuple):
 
 @compiled
 def _observed(par: Parameters, s: State, at: Inputs) -> Observed:
-    """Return what the controller will see in the period that begins now."""
+    """Return the observation of the period that begins now."""
     p_meas = measure(par.encoder, s.plant.p + s.plant.y, at.encoder_noise)
     memory = s.memory
     last = Last(memory.p_last, memory.v_last, memory.e_last)

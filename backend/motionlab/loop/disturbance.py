@@ -1,4 +1,4 @@
-"""What the closed loop of one axis makes of disturbances of its thrust and of its encoder."""
+"""Response of the closed loop of one axis to disturbances of its thrust and of its encoder."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class DisturbanceResponse(NamedTuple):
 def disturbance_response(
     scenario: Scenario, variant: str, axis: str, *, v: float
 ) -> DisturbanceResponse:
-    """Return how the following error of one axis responds to what disturbs its linearised loop.
+    """Return the response of the following error of one axis to disturbances of its loop.
 
     With the plant P_d from the thrust to the position and the open loop L = C P,
     ``e = -(P_d d + n) / (1 + L)``.

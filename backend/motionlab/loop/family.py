@@ -274,7 +274,7 @@ def _affine(corners: Array) -> Array:
 
 
 def _moved(closed: Array) -> NDArray[np.bool_]:
-    """Return which states have poles that gains move: their loop holds an entry with a gain in it.
+    """Return the states whose poles gains move: their loop holds an entry with a gain in it.
 
     States that drive one another in a ring share poles; those of different rings do not.
     """
@@ -321,7 +321,7 @@ def with_gains(scenario: Scenario, variant: str, axis: str, k_p: float, k_d: flo
 def _between(
     L: Complex, side: NDArray[np.bool_], measure: Callable[[Complex], Array]
 ) -> tuple[NDArray[np.intp], Complex]:
-    """Return where along frequency L changes sides, and L there, where a measure of it is 0.
+    """Return the frequencies at which a measure of L is 0, and L there.
 
     log abs(L) and arg L are straight between neighbours. A phase that jumps from pi to -pi passes
     through no 0.

@@ -211,7 +211,7 @@ def stability_limits(
 
 
 def _edge(par: Parameters, gain: str, v: float) -> float | None:
-    """Return where moving a gain changes stability; the closed loop is affine in each gain."""
+    """Return the gains at which stability changes; the closed loop is affine in each gain."""
     start = getattr(par.controller, gain)
     if start == 0.0:
         return None
@@ -241,7 +241,7 @@ def _edge(par: Parameters, gain: str, v: float) -> float | None:
 
 
 def _in_path(leads: Flags, enters: Flags, leaves: Flags) -> NDArray[np.intp]:
-    """Return which states the input reaches and the output shows; the others change no response."""
+    """Return the controllable and observable states; the others change no response."""
     reach = np.linalg.matrix_power(leads | np.eye(len(leads), dtype=bool), len(leads))
     return np.flatnonzero((reach @ enters) & (leaves @ reach))
 

@@ -37,7 +37,7 @@ MEANINGS = {
 
 @dataclass(frozen=True)
 class Margins:
-    """How far a loop is from instability; None where it has no such crossing.
+    """Stability margins of a loop; None where it has no such crossing.
 
     Attributes
     ----------

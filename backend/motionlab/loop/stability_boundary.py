@@ -18,7 +18,7 @@ _HALVINGS = 20
 
 
 def stability_edge(family: LoopFamily, k_p: Array, k_d: Array) -> list[Array]:
-    """Return where the largest pole modulus of a loop is one.
+    """Return the parameters at which the largest pole modulus of a loop is one.
 
     The grid locates the boundary between neighbours, where it is bisected.
 

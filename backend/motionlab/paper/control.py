@@ -87,7 +87,7 @@ class Lyapunov:
 
     @property
     def singular_rate(self) -> float:
-        """How often the denominator crosses zero, 1/s."""
+        """Rate of zero crossings of the denominator, 1/s."""
         return len(self.singular_places) / (len(self.time) * CONTROL_PERIOD)
 
     @property

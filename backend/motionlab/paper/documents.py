@@ -23,7 +23,7 @@ class _Document(BaseModel):
 
 
 class Recipe(_Document):
-    """How to obtain the number without this page."""
+    """Commands and calls that give the number."""
 
     scenario: str | None = Field(description="Shipped scenario to open in the Lab; null for none")
     set: dict[str, Any] = Field(description="Changes to that scenario, dotted path to value")
@@ -253,7 +253,7 @@ class _Names:
 
 
 class ReproduceRequest(BaseModel):
-    """Which of the paper's numbers are computed."""
+    """Selection of the paper's numbers to compute."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 

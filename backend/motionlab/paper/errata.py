@@ -166,7 +166,7 @@ def phase(experiments: Experiments) -> Erratum:
 
 
 def _apart(one: float, other: float) -> float:
-    """Return how far apart two phases are, rad, 0 to pi."""
+    """Return the distance of two phases, rad, 0 to pi."""
     return abs(math.remainder(one - other, 2.0 * math.pi))
 
 
@@ -252,7 +252,7 @@ def force_limit(_: Experiments) -> Erratum:
 
 
 def currents(experiments: Experiments) -> Erratum:
-    """Return which axis has currents while y moves."""
+    """Return the axis that carries current while y moves."""
     record = experiments.run("trapezoid-y", MATCHED).recording.variants["B"]
     swing = {
         axis: float(max(np.ptp(record.channel(f"current_command_{p}", axis)) for p in "abc"))

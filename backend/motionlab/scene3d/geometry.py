@@ -100,7 +100,7 @@ def coils(pitch: float) -> Mesh:
 
 @dataclass(frozen=True)
 class Layout:
-    """Where the parts of one stage are, m.
+    """Positions of the parts of one stage, m.
 
     A phase's thrust is sin(2 pi (p + offset)/tau - 2 pi k/3) for k = 0, 1, 2, so mover k sits a
     third of a pitch before mover k - 1, whole pitches aside, and its teeth face those of the

@@ -32,7 +32,7 @@ class DrawnVariant:
 
     @staticmethod
     def first(index: int) -> int:
-        """Return where the numbers of a variant begin."""
+        """Return the first index of a variant's numbers."""
         return 2 * len(SHARED) + index * 2 * (len(OWN) + len(CURRENTS))
 
     @property
@@ -41,7 +41,7 @@ class DrawnVariant:
         return math.isfinite(self.position[0]) and math.isfinite(self.position[1])
 
     def drawn_position(self, magnification: float, reach: tuple[float, float]) -> list[float]:
-        """Return where the platforms are drawn: reference less the magnified error, within reach.
+        """Return the drawn platform positions: reference less magnified error, within reach.
 
         Parameters
         ----------

@@ -93,7 +93,7 @@ class SceneDescription:
 
 
 def width(variants: int) -> int:
-    """Return how many numbers a pose of so many variants has."""
+    """Return the count of numbers in a pose of so many variants."""
     return 2 * (len(SHARED) + variants * (len(OWN) + len(CURRENTS)))
 
 
@@ -106,7 +106,7 @@ def column_names(variants: list[str]) -> list[str]:
 
 
 def positions_and_currents(pose: Values) -> tuple[Values, Values]:
-    """Return what forces of phases follow from.
+    """Return positions and currents of a pose, from which the forces of phases follow.
 
     Parameters
     ----------

@@ -79,7 +79,7 @@ class Section:
         )
 
     def comb_shift(self, position: float) -> float:
-        """Return where the comb's tooth at 0 is drawn at a position of the movers, m.
+        """Return the drawn position of the comb's tooth at 0, m.
 
         The teeth stand at ``movers[0] - (p + offset) + n tau``.
         """

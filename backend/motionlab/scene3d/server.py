@@ -101,7 +101,7 @@ class SceneServer:
 
     @property
     def port(self) -> int:
-        """Where the server listens on loopback."""
+        """Port of the server on loopback."""
         return self.server.get_port()
 
     def show(self, poses: Values) -> None:

@@ -236,7 +236,7 @@ class StageView:
 
 
 def phase_starts(layout: Layout) -> Values:
-    """Return where arrows of each phase start on their platforms, above their movers.
+    """Return the start points of each phase's arrows on their platforms, above their movers.
 
     Returns
     -------

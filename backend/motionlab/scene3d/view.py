@@ -126,7 +126,7 @@ class View:
 
     @property
     def _chosen(self) -> int:
-        """Which stage is followed or cut."""
+        """The stage that is followed or cut."""
         name = self.settings.machine
         return self._names.index(name) if name in self._names else 0
 
@@ -162,6 +162,6 @@ class View:
 
 
 def _aim(settings: ViewSettings) -> tuple[object, ...]:
-    """Return what places the camera."""
+    """Return position and target of the camera."""
     follows = settings.machine if settings.camera == "follow" else ""
     return settings.camera, follows, settings.ghost

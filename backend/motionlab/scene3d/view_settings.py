@@ -1,4 +1,4 @@
-"""What a viewer has chosen: camera, machines side by side or as ghosts, magnification, arrows."""
+"""Settings of a viewer: camera, machines side by side or as ghosts, magnification, arrows."""
 
 from __future__ import annotations
 

@@ -336,7 +336,7 @@ def _shared(case: Prepared) -> object:
 
 
 def acting(scenario: Scenario) -> tuple[Any, ...]:
-    """Return what determines the load and every noise source; the seed last, None without noise."""
+    """Return the fields that determine load and noise; the seed last, None without noise."""
     axes = (scenario.plant.x, scenario.plant.y)
     noise = (
         scenario.load.noise,

@@ -192,7 +192,7 @@ class _BlockResult:
 
 
 def _block_size(movers: int, threads: int) -> int:
-    """Return how many movers go side by side: narrow blocks where wide ones leave threads idle.
+    """Return the movers of a block: narrow blocks where wide ones leave threads idle.
 
     Without AVX-512 all are narrow: wide ones are hardly faster there, and rounded differently, so
     that a case would depend on how many go beside it.

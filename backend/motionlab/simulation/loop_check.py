@@ -1,4 +1,4 @@
-"""How the loop of each variant follows a motion, found by running it.
+"""Tracking of a motion by the loop of each variant, by simulation.
 
 A motor that can follow a motion does not make sure that a loop does so within its currents.
 """

@@ -1,4 +1,4 @@
-"""What a session advances: a simulated machine, or drives of a real one."""
+"""The machine of a session: a simulated one, or drives of a real one."""
 
 from __future__ import annotations
 

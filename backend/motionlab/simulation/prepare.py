@@ -188,7 +188,7 @@ def _load(loads: tuple[tuple[int, LoadConfig], ...], ticks: int) -> Array:
 
 
 class _Deciding(NamedTuple):
-    """What decides, beside the motion, whether it is feasible."""
+    """Inputs of feasibility other than the motion."""
 
     plant: PlantConfig
     model: ModelConfig

@@ -86,7 +86,7 @@ class Timeline:
         return tick + int(np.ceil(seconds / CONTROL_PERIOD)) + 1
 
     def _index(self, ticks: NDArray[np.int64]) -> NDArray[np.int64] | slice:
-        """Return where ticks are in the trajectory; a slice, which is quick, where they can be."""
+        """Return the indices of ticks in the trajectory; a slice where possible, as faster."""
         last, count = self._reference.ticks, len(ticks)
         first = int(ticks[0]) if count else 0
         if self._repeats_from is not None and first >= last:

@@ -1,4 +1,4 @@
-"""What makes the figures of a run worthless, in words."""
+"""Warnings about runs whose figures mean nothing."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def warnings_of(scenario: Scenario, name: str, result: Mapping[str, Any]) -> Ite
 
 
 def _instability(scenario: Scenario, name: str, axis: str) -> list[str]:
-    """Return where the linearised loop of an axis is unstable, as far as that is known."""
+    """Return the velocities at which the linearised loop of an axis is known to be unstable."""
     v_s = getattr(scenario.plant, axis).friction.v_s
     speeds = {"while it slides": SLIDING * v_s, "at standstill": 0.0}
     try:

@@ -29,7 +29,7 @@ LEAD = to_ticks(1.0)
 
 @dataclass(frozen=True)
 class Extent:
-    """How much of a scenario a what-if runs.
+    """Simulated ticks of a what-if.
 
     Attributes
     ----------
@@ -106,7 +106,7 @@ def run_changed(
 
 
 def ticks_at_most(changed: Prepared, extent: Extent) -> int:
-    """Return how many ticks `run_changed` records of a scenario at most."""
+    """Return the most ticks that `run_changed` records of a scenario."""
     tick, stop = _stretch(changed, extent)
     affordable = changed.work <= extent.work_max
     return changed.reference.ticks if affordable else stop - tick

@@ -1,4 +1,4 @@
-"""What the motion of a recording cost, each variant beside the first; docs/views.md."""
+"""Cost of the motion of a recording, each variant beside the first; docs/views.md."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ class AxisCost(BaseModel):
 
 
 class Cost(BaseModel):
-    """What each variant cost over a stretch."""
+    """Cost of each variant over a stretch."""
 
     start: float = Field(description="s")
     end: float = Field(description="s")
@@ -87,14 +87,14 @@ class Cost(BaseModel):
 
 
 class _Motor(NamedTuple):
-    """What sums of one axis need beside its channels."""
+    """Constants of one axis that its sums need beside channels."""
 
     mass: float | None
     within: Within
 
 
 def cost(recorded: Recorded) -> Cost:
-    """Return what the motion of a recording cost.
+    """Return the cost of the motion of a recording.
 
     Raises
     ------

@@ -157,7 +157,7 @@ def _known(recorded: Recorded) -> Scenario | None:
 
 
 def _motion(recorded: Recorded, axis: str) -> Array:
-    """Return which way a reference goes at each sample: its velocity, or that of its steps."""
+    """Return the velocity of a reference at each sample, or that of its steps."""
     velocity = recorded.column(f"{axis}.velocity_reference")
     if velocity is not None and np.any(velocity):
         return velocity
@@ -272,7 +272,7 @@ def _added(known: Scenario | None, name: str, axis: str) -> float | None:
 
 
 def _picked(measured: dict[str, _Measured], length: float, count: int) -> NDArray[np.int64]:
-    """Return which drawn samples are points, the same for all variants of an axis."""
+    """Return the samples drawn as points, the same for all variants of an axis."""
     curves: list[Array] = [np.zeros(count)]
     for one in measured.values():
         away = np.nan_to_num(one.drawn["displacement"])

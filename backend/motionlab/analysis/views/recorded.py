@@ -1,4 +1,4 @@
-"""What views are computed from: a stretch of a recording."""
+"""A stretch of a recording, the input of every view."""
 
 from __future__ import annotations
 

@@ -72,7 +72,7 @@ class ForceRamps(Config):
 
 
 class RecordOptions(Config):
-    """What of a run is read; all but the run itself is found where it is left out."""
+    """Columns and filter of a run; chosen automatically where left out."""
 
     variant: VariantName | None = Field(
         default=None,
@@ -278,7 +278,7 @@ class StribeckCurve(_Document):
 
 
 class RecordEvidence(_Document):
-    """What a run could tell about an axis, and how it was read."""
+    """Information of a run about an axis, and how it was read."""
 
     position: str = Field(description="Column of the position")
     force: str = Field(description="Column of the force, or currents")
@@ -379,7 +379,7 @@ class PlannedMotion(_Document):
 
 
 class PlannedRecord(_Document):
-    """What is read of a run for one axis."""
+    """Columns of a run for one axis."""
 
     position: str = Field(description="Column of the position")
     force: str = Field(description="Column of the force, or currents")

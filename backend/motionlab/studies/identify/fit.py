@@ -86,7 +86,7 @@ def scatter(jacobian: Array, residuals: Array, motion: NDArray[np.intp]) -> Scat
 
 
 def correlation_of(jacobian: Array) -> Array:
-    """Return how least-squares estimates correlate for white noise, shape (p, p)."""
+    """Return the correlation of least-squares estimates for white noise, shape (p, p)."""
     length = np.linalg.norm(jacobian, axis=0)
     unit = jacobian / np.where(length > 0.0, length, 1.0)
     inverse = np.linalg.pinv(unit.T @ unit, rcond=1e-14, hermitian=True)
@@ -407,7 +407,7 @@ def first_guesses(velocity: Array, force: Array, push: Array | None = None) -> l
 
 
 class _Solved(NamedTuple):
-    """Where the sum of squares is least: residuals and Jacobian in the residuals' unit."""
+    """A least-squares solution: residuals and Jacobian in the residuals' unit."""
 
     values: Array
     residuals: Array
@@ -447,7 +447,7 @@ def _rms(residuals: Array) -> float:
 
 
 def student(degrees: Array | float) -> Array:
-    """Return how many standard errors half of the interval is."""
+    """Return half of the interval in standard errors."""
     from scipy.special import stdtrit
 
     return stdtrit(degrees, 0.5 * (1.0 + _CONFIDENCE))

@@ -69,7 +69,7 @@ def force_ramp(force_max: float, rate: float) -> Array:
 
 
 def ramp_ticks(force_max: float, rate: float) -> int:
-    """Return how many ticks a force ramp takes."""
+    """Return the duration of a force ramp, ticks."""
     return SETTLE + 2 * REST + 2 * _rise(force_max, rate)
 
 
@@ -165,7 +165,7 @@ def _respond(
 def model_response(
     friction: LuGre, mass: float, forces: Sequence[Array], loads: Sequence[float]
 ) -> list[Array]:
-    """Return how a mass on LuGre friction moves from rest under a load and a force ramp.
+    """Return the motion of a mass on LuGre friction from rest under a load and a force ramp.
 
     At rest the bristles hold the load: ``z = load/sigma_0``.
 

@@ -1,4 +1,4 @@
-"""What an identification estimates, as document and as text."""
+"""Estimates of an identification, as document and as text."""
 
 from __future__ import annotations
 
@@ -210,7 +210,7 @@ def report(document: IdentificationDocument) -> str:
 
 
 def _motor(origin: MotorOrigin) -> list[str]:
-    """Return what the fitted motor is worth: how far its simulation is from the run."""
+    """Return the lines on the fitted motor: the residual of its simulation against the run."""
     lines = ["", "the simulated motor with these values and masses (--motor NAME saves it):"]
     for axis, residual in (origin.residual or {}).items():
         before, after = 1e6 * residual.before, 1e6 * residual.after
@@ -243,7 +243,7 @@ def write(document: IdentificationDocument, path: str) -> None:
 
 
 def _evidence(record: RecordEvidence) -> list[str]:
-    """Return what a run could tell."""
+    """Return the lines on the information of a run."""
     shares = ", ".join(f"{100 * share:.0f} % {name}" for name, share in record.shares.items())
     half = record.lag_half_width
     lag = (

@@ -133,7 +133,7 @@ def frequency_sweep(  # noqa: PLR0913 - what a sweep is made of
 
 
 def _duration(frequency: float, pitch: float) -> float:
-    """Return how long to measure at a frequency, Hz, where a pole pitch takes `pitch`, s."""
+    """Return the measuring time at a frequency, Hz, where a pole pitch takes `pitch`, s."""
     least = max(_LEAST, _LEAST_CYCLES / frequency)
     return math.ceil(least / pitch) * pitch if pitch <= _PITCH_MOST else least
 

@@ -17,7 +17,7 @@ Kind = Literal["log-normal", "normal", "uniform", "log-uniform", "value"]
 
 
 class Variation(Config):
-    """How one number of each axis of the plant differs from case to case."""
+    """Distribution of one parameter of each axis of the plant."""
 
     path: str = Field(
         description="Dotted path below plant.x and plant.y, such as friction.F_s; of a list every "
@@ -176,7 +176,7 @@ class Band(_Document):
 
 
 class Histogram(_Document):
-    """How many cases of each variant lie in which bin of a metric."""
+    """Counts of the cases of each variant by bins of a metric."""
 
     edges: list[float] = Field(description="SI; a bin takes its lower edge, the last one both")
     log: bool = Field(description="Whether the bins are equally wide in logarithm")

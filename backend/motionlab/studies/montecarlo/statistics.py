@@ -88,7 +88,7 @@ _WIDE = 20.0
 
 
 def histogram(values: Mapping[str, Array]) -> Histogram | None:
-    """Return how many cases of each variant lie in which bin; None where all values are the same.
+    """Return the counts of cases by bin of each variant; None where all values are the same.
 
     As wide as Freedman and Diaconis (1981, doi 10.1007/BF01025868) have it,
     ``2 (q75 - q25)/n^(1/3)``, of the variant whose values lie closest; 8 to 40 bins.

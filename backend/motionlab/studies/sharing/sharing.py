@@ -92,7 +92,7 @@ class UsedMap(_Document):
 
 
 class RippleOfThrust(_Document):
-    """How a thrust varies over the pole pitch."""
+    """Ripple of a thrust over the pole pitch."""
 
     mean: float = Field(description="N")
     peak_to_peak: float = Field(description="N")

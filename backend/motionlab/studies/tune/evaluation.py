@@ -73,7 +73,7 @@ class Group:
         return dict(zip(self.fields, np.exp(point).tolist(), strict=True))
 
     def point(self, controller: ControllerConfig) -> Array:
-        """Return where a controller lies, moved inside the bounds."""
+        """Return the point of a controller, moved inside the bounds."""
         low, high = self.bounds.T
         numbers = self.values_of(controller).values()
         return np.clip([math.log(x) if x else -math.inf for x in numbers], low, high)
@@ -304,7 +304,7 @@ def _loop_violations(
 
 
 def margin_violations(limits: Constraints, figures: Figures) -> list[ConstraintViolation]:
-    """Return which margins fall short, and by which share."""
+    """Return the margins that fall short, and by which share."""
     return [
         *_short("gain_margin", *figures.gain_margin, limits.gain_margin),
         *_short("phase_margin", *figures.phase_margin, limits.phase_margin),
@@ -313,7 +313,7 @@ def margin_violations(limits: Constraints, figures: Figures) -> list[ConstraintV
 
 
 def outcome_violations(limits: Constraints, outcome: Outcome) -> list[ConstraintViolation]:
-    """Return which limits a trial exceeds, and by which share."""
+    """Return the limits that a trial exceeds, and by which share."""
     if outcome.diverged:
         return [ConstraintViolation(_UNSTABLE, "diverges")]
     violations = _over("force", outcome.force, None, limits.force)

@@ -187,7 +187,7 @@ def worst_of(tuned: TunedAxis) -> dict[str, WorstMotor]:
 
 
 def _places(worst: dict[str, WorstMotor]) -> str:
-    """Return which motor, and at which velocity, each quantity is worst on."""
+    """Return the motor and the velocity at which each quantity is worst."""
     of: dict[str, list[str]] = {}
     for quantity, (_, motor, velocity) in worst.items():
         where = "" if velocity is None else f" ({velocity * 1e3:.3g} mm/s)"

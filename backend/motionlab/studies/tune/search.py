@@ -52,7 +52,7 @@ _WORTH = 1e-3
 
 @dataclass(frozen=True)
 class SearchEnd:
-    """Where a start ended.
+    """End of a start.
 
     Attributes
     ----------
@@ -74,7 +74,7 @@ class _Broken(Exception):
 
 
 class _Meeting:
-    """Where the starts meet to have their points evaluated."""
+    """Barrier at which the starts have their points evaluated together."""
 
     def __init__(self, parties: int, evaluate: Evaluate) -> None:
         self._evaluate = evaluate
@@ -301,7 +301,7 @@ class _Search:
         return tried
 
     def _movers(self, points: Sequence[tuple[Group, dict[str, float]]]) -> list[list[int]]:
-        """Return which points share a mover: one of each group, whose axes do not touch."""
+        """Return the points that share a mover: one of each group, whose axes do not touch."""
         queues = [
             [i for i, (owner, _) in enumerate(points) if owner is group] for group in self.groups
         ]

@@ -214,12 +214,12 @@ class Trial(NamedTuple):
 
     @property
     def size(self) -> float:
-        """How large the change is: abs(log(factor)), `SWITCH` for a switch."""
+        """Size of the change: abs(log(factor)), `SWITCH` for a switch."""
         return SWITCH if self.factor is None else abs(math.log(self.factor))
 
 
 def knobs(scenario: Scenario, variant: str, axis: str) -> list[Knob]:
-    """Return what can be changed of the controller of one axis."""
+    """Return the knobs of the controller of one axis."""
     controller = scenario.variants[variant].controller
     path = f"variants.{variant}.controller"
     gains = f"{path}.{axis}"

@@ -117,7 +117,7 @@ def _within(request: WhyRequest, whole: Prepared) -> WhyRequest:
 
 
 def explain(planned: WhyPlan) -> WhyDocument:
-    """Return what each cause contributes to a peak, and the smallest change that mends it.
+    """Return the contribution of each cause to a peak, and the smallest change that removes it.
 
     With ``E = max abs(e)`` within `REACH` of the peak, the share of a cause is ``1 - E_without/E``.
     Causes act on one another: shares need not add up to one. A change mends the peak if both E and
@@ -177,7 +177,7 @@ def explain(planned: WhyPlan) -> WhyDocument:
 
 @dataclass(frozen=True)
 class _Look:
-    """Where an error is looked at: axis, ticks about the peak, ticks of the metrics window."""
+    """Axis, ticks about the peak, and ticks of the metrics window."""
 
     axis: int
     near: slice

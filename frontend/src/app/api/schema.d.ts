@@ -4368,7 +4368,7 @@ export interface components {
         };
         /**
          * Cost
-         * @description What each variant cost over a stretch.
+         * @description Cost of each variant over a stretch.
          */
         Cost: {
             /**
@@ -4768,7 +4768,7 @@ export interface components {
         };
         /**
          * DivergenceRecord
-         * @description Where and how a variant diverged.
+         * @description Time and channel of a divergence.
          */
         DivergenceRecord: {
             /**
@@ -6805,7 +6805,7 @@ export interface components {
         };
         /**
          * Histogram
-         * @description How many cases of each variant lie in which bin of a metric.
+         * @description Counts of the cases of each variant by bins of a metric.
          */
         Histogram: {
             /**
@@ -7974,7 +7974,7 @@ export interface components {
         };
         /**
          * LoopResponse
-         * @description What the linearised loop makes of a white disturbance and of the encoder's counts.
+         * @description Response of the linearised loop to a white disturbance and to quantisation of the encoder.
          */
         LoopResponse: {
             /** Variant */
@@ -9667,7 +9667,7 @@ export interface components {
         };
         /**
          * PlannedRecord
-         * @description What is read of a run for one axis.
+         * @description Columns of a run for one axis.
          */
         PlannedRecord: {
             /**
@@ -10497,7 +10497,7 @@ export interface components {
         };
         /**
          * Recipe
-         * @description How to obtain the number without this page.
+         * @description Commands and calls that give the number.
          */
         Recipe: {
             /**
@@ -10530,7 +10530,7 @@ export interface components {
         };
         /**
          * RecordEvidence
-         * @description What a run could tell about an axis, and how it was read.
+         * @description Information of a run about an axis, and how it was read.
          */
         RecordEvidence: {
             /**
@@ -10602,7 +10602,7 @@ export interface components {
         };
         /**
          * RecordOptions
-         * @description What of a run is read; all but the run itself is found where it is left out.
+         * @description Columns and filter of a run; chosen automatically where left out.
          */
         RecordOptions: {
             /**
@@ -11072,7 +11072,7 @@ export interface components {
         };
         /**
          * RippleOfThrust
-         * @description How a thrust varies over the pole pitch.
+         * @description Ripple of a thrust over the pole pitch.
          */
         RippleOfThrust: {
             /**
@@ -11209,7 +11209,7 @@ export interface components {
         };
         /**
          * Rule
-         * @description What holds for some channels; what is left out is as for all others.
+         * @description Options of some channels; those left out are as for all others.
          */
         Rule: {
             /**
@@ -12037,7 +12037,7 @@ export interface components {
         };
         /**
          * SharingConfig
-         * @description How a force command is shared among the phases; docs/sharing.md.
+         * @description Force-sharing function of the phases; docs/sharing.md.
          */
         SharingConfig: {
             /**
@@ -13679,7 +13679,7 @@ export interface components {
         };
         /**
          * Tolerance
-         * @description How far a channel may be from the baseline: max(absolute, relative * abs(baseline)).
+         * @description Tolerance of a channel about the baseline: max(absolute, relative * abs(baseline)).
          */
         Tolerance: {
             /**
@@ -14096,7 +14096,7 @@ export interface components {
         };
         /**
          * Variation
-         * @description How one number of each axis of the plant differs from case to case.
+         * @description Distribution of one parameter of each axis of the plant.
          */
         Variation: {
             /**

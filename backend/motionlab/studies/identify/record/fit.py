@@ -98,7 +98,7 @@ _ONE_WAY = 0.01
 
 @dataclass(frozen=True)
 class RecordFit:
-    """What a record told.
+    """Fit of a record.
 
     Attributes
     ----------
@@ -302,7 +302,7 @@ def fit_record(
 
 
 def _starts(motion: Motion, model: AxisModelConfig, *, find_mass: bool) -> list[Values]:
-    """Return where the search begins: the best Stribeck velocities of static friction.
+    """Return the starts of the search: the best Stribeck velocities of static friction.
 
     At a Stribeck velocity all other parameters, the mass among them, are linear. Starting from the
     old model's mass would end beside the truth where the mass is unlike it.

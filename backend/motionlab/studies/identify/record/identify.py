@@ -99,7 +99,7 @@ def fitted_motor(
 
 
 def _of_axis(fit: RecordFit, plant: PlantConfig, axis: str) -> dict[str, FittedValue]:
-    """Return what the record determines of an axis, by path; friction only if it is a model."""
+    """Return what the record determines of an axis, by path; friction only of a model."""
     old = getattr(plant, axis)
     friction: dict[str, FittedValue] = {}
     for fitted in (fit.sliding, fit.presliding):
@@ -157,7 +157,7 @@ def _residuals(
     before: Scenario,
     after: Scenario,
 ) -> dict[str, Residual]:
-    """Return what two simulations of the run leave of its following errors, by axis."""
+    """Return the residuals of the following errors of two simulations of the run, by axis."""
     variant = experiment.read_variant
     names = [f"{variant}.{axis}.following_error" for axis in axes]
     measured = columns.read(names)
@@ -283,7 +283,7 @@ def identify_record(
 def _axis(
     experiment: RecordExperiment, axis: str, columns: Columns, at: Callable[[float], None]
 ) -> tuple[AxisIdentification, dict[str, float], RecordFit]:
-    """Return what was found on an axis, the paths to change, and the fit behind both."""
+    """Return the document of an axis, the paths to change, and the fit behind both."""
     rig, chosen = experiment.rig, experiment.axes[axis]
     believed = rig.identified_model(axis).friction
     mass_known = experiment.request.record.mass is not None

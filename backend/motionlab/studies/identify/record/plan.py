@@ -1,4 +1,4 @@
-"""Which run, columns, filter and mass an identification from a record takes."""
+"""Run, columns, filter and mass of an identification from a record."""
 
 from __future__ import annotations
 
@@ -187,7 +187,7 @@ def plan_record(request: IdentifyRequest, source: Source | None = None) -> Recor
 
 
 def record_plan_document(experiment: RecordExperiment, simulated_time_max: float) -> PlanDocument:
-    """Return what an identification from a run reads."""
+    """Return the columns, filters and masses of an identification from a run."""
     first, last = experiment.part
     period = experiment.run.period
     return PlanDocument(
@@ -256,7 +256,7 @@ def _bandwidth(request: IdentifyRequest, run: RunDetail) -> float:
 def _columns(
     request: IdentifyRequest, run: RunDetail, force: Literal["phases", "ideal"] | str
 ) -> dict[str, AxisColumns]:
-    """Return the columns of each axis asked for; of both, those that the run has."""
+    """Return the columns of each requested axis; of both, those that the run has."""
     variant = variant_of(request, run)
     if request.record.variant is not None and variant not in run.variants:
         allowed = "one of " + ", ".join(run.variants)
@@ -332,7 +332,7 @@ def _missing(
 
 
 def _listed(units: dict[str, str], si_unit: str) -> str:
-    """Return which columns have a unit."""
+    """Return the columns of a unit."""
     fit = [name for name, unit in units.items() if (factor := si_of(unit)) and factor[0] == si_unit]
     more = f" and {len(fit) - 20} more" if len(fit) > 20 else ""
     return f"one of {', '.join(fit[:20])}{more}" if fit else f"none: no column is in {si_unit}"
