@@ -17,7 +17,7 @@ CHUNKED = (
     b"Transfer-Encoding: chunked\r\n\r\n"
 )
 PIECE = b"a" * 16 * 1024
-MOST = 64 * connection_limits.HEAD_MAX
+MOST = 256 * connection_limits.HEAD_MAX
 
 
 def _taken(server: Server, start: bytes, *, piece: bytes = PIECE) -> tuple[int, bytes]:
@@ -72,7 +72,8 @@ def test_a_long_head_that_comes_at_once_is_refused(server: Server, head: bytes) 
             while piece := link.recv(1000):  # until the server closes it
                 answer += piece
     assert b" 200 " not in answer.rpartition(b"HTTP/1.1")[2].partition(b"\r\n")[0]
-    assert answer.endswith(b"more than 65536 bytes.") or answer == b""
+    texts = b"more than 65536 bytes.", b"Invalid HTTP request received."
+    assert answer.endswith(texts) or answer == b""
 
 
 def test_a_large_body_may_come_in_small_pieces(server: Server, client: httpx.Client) -> None:
@@ -87,19 +88,6 @@ def test_a_large_body_may_come_in_small_pieces(server: Server, client: httpx.Cli
     assert (answer.status_code, answer.json()["errors"][0]["loc"]) == (422, "scenario")
 
 
-@pytest.mark.parametrize("first", [b"", HEAD + b"X-Slow: a", HEAD + b"\r\n" + HEAD])
-def test_a_head_that_takes_too_long_is_refused(
-    server: Server, monkeypatch: pytest.MonkeyPatch, first: bytes
-) -> None:
-    monkeypatch.setattr(connection_limits, "HEAD_SECONDS", 1.0)
-    with socket.create_connection(("127.0.0.1", server.port), PATIENCE) as link:
-        link.sendall(first)
-        answer = b""
-        while piece := link.recv(1000):  # until the server closes it
-            answer += piece
-    assert answer.rstrip().endswith(b"took more than 1 s.")
-
-
 @pytest.mark.parametrize(
     ("method", "headers"),
     [
@@ -109,10 +97,7 @@ def test_a_head_that_takes_too_long_is_refused(
     ],
     ids=["method", "long", "many"],
 )
-def test_a_websocket_that_cannot_be_is_answered(
-    server: Server, monkeypatch: pytest.MonkeyPatch, method: str, headers: str
-) -> None:
-    monkeypatch.setattr(connection_limits, "_TURN", 0.0)  # as where others have the processor
+def test_a_websocket_that_cannot_be_is_answered(server: Server, method: str, headers: str) -> None:
     text = (
         f"{method} /api/v1/sessions/x/stream HTTP/1.1\r\nHost: 127.0.0.1\r\n"
         "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"

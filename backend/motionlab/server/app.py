@@ -23,6 +23,7 @@ from motionlab.server.garbage_collection import GarbageCollection
 from motionlab.server.http import openapi, page, problems
 from motionlab.server.http.access_log import AccessLog
 from motionlab.server.http.compression import CompressedJson
+from motionlab.server.http.connection_limits import ConnectionLimits
 from motionlab.server.http.head_requests import Heads
 from motionlab.server.http.logins import Logins
 from motionlab.server.http.security import Guard
@@ -260,6 +261,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.add_middleware(Guard, settings=settings, logins=app.state.logins)
     app.add_middleware(Heads)
     app.add_middleware(AccessLog)
+    app.add_middleware(ConnectionLimits)
     problems.install(app)
     for module in _MODULES:
         app.include_router(module.router, prefix=PREFIX)

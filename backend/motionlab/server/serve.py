@@ -30,7 +30,7 @@ from motionlab.library.library import check_places
 from motionlab.reports.plain_text import without_controls
 from motionlab.server.app import create_app
 from motionlab.server.http import access_log, download
-from motionlab.server.http.connection_limits import Socket, bounded
+from motionlab.server.http.connection_limits import protocols
 from motionlab.server.http.page import page_root
 from motionlab.server.server_settings import Loaded
 from motionlab.server.settings import LOOPBACK, Bounds, Settings
@@ -187,14 +187,15 @@ def _ours(root: Path) -> list[Path]:
 def configuration(app: FastAPI, log_level: str = "warning") -> uvicorn.Config:
     """Return how uvicorn serves an application."""
     proxies = sorted(app.state.settings.proxies)
+    http, ws = protocols(app.state.settings)
     return uvicorn.Config(
         app,
         proxy_headers=bool(proxies),
         forwarded_allow_ips=proxies,
         log_level=log_level,
         access_log=False,  # `access_log` has more to say
-        http=bounded(app.state.settings),
-        ws=Socket,
+        http=http,
+        ws=ws,
         ws_ping_timeout=_PONG_SECONDS,
         backlog=_BACKLOG,
         server_header=False,

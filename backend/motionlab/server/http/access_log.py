@@ -100,7 +100,6 @@ class AccessLog:
             if kind == "http":
                 log()
             else:
-                size += _written(scope)
                 log(event="close")
 
 
@@ -182,9 +181,3 @@ def _identifier(scope: Scope) -> bytes:
         if name == ID_HEADER and _ID.fullmatch(value):
             return value
     return f"{_OURS}-{next(_COUNT):x}".encode()
-
-
-def _written(scope: Scope) -> int:
-    """Return how many bytes a stream has sent past ASGI."""
-    socket = scope.get("extensions", {}).get("motionlab.socket")
-    return 0 if socket is None else socket.written

@@ -18,7 +18,7 @@ from starlette.types import Receive, Scope, Send
 
 from motionlab.errors import StoreError, StoreFull
 from motionlab.files import failure
-from motionlab.server.http.connection_limits import READ_GRACE, READ_RATE
+from motionlab.server.http.connection_limits import READ_GRACE, READ_RATE, current
 
 _PREFIX = "motionlab-scratch-"
 _CHUNK = 256 * 1024  # bytes
@@ -108,7 +108,7 @@ class Download(Response):
                             message = {"type": "http.response.body", "body": chunk}
                             await send({**message, "more_body": bool(chunk)})
                     except TimeoutError:
-                        scope["extensions"]["motionlab.abort"]()
+                        current().transport.abort()
                         return
                     sent += len(chunk)
 

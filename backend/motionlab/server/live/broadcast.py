@@ -21,8 +21,8 @@ _LOG = logging.getLogger(__name__)
 class Sender(Protocol):
     """A source of data to send."""
 
-    def send(self) -> None:
-        """Send pending data as far as buffers have room."""
+    async def send(self) -> None:
+        """Send pending data as far as buffers have room, without waiting for more of it."""
         ...
 
 
@@ -30,43 +30,42 @@ class Broadcast:
     """Rounds in which each sender sends at most once."""
 
     def __init__(self) -> None:
-        self._loop = asyncio.get_running_loop()
         self._due: dict[Sender, None] = {}
-        self._round: list[Sender] = []
-        self._runs = False
-        self._begun = self._spent = 0.0
+        self._sending: asyncio.Task[None] | None = None
+        self._next = 0.0
 
     def wake(self, sender: Sender) -> None:
         """Add a sender to the next round."""
         self._due[sender] = None
-        if not self._runs:
-            self._runs = True
-            next_round = self._begun + self._spent / SHARE
-            self._loop.call_later(max(next_round - time.perf_counter(), 0.0), self._begin)
+        if self._sending is None:
+            self._sending = asyncio.create_task(self._send())
 
     def forget(self, sender: Sender) -> None:
         """Remove a sender."""
         self._due.pop(sender, None)
 
-    def _begin(self) -> None:
-        self._begun, self._spent = time.perf_counter(), 0.0
-        self._round = list(self._due)
-        self._due = {}
-        self._turn()
+    async def _send(self) -> None:
+        """Send round after round until nothing is due."""
+        try:
+            while self._due:
+                await asyncio.sleep(max(self._next - time.perf_counter(), 0.0))
+                begun, senders = time.perf_counter(), list(self._due)
+                self._due.clear()
+                self._next = begun + await self._round(senders) / SHARE
+        finally:
+            self._sending = None
 
-    def _turn(self) -> None:
+    async def _round(self, senders: list[Sender]) -> float:
+        """Have all send, turn by turn; return the processor time that it took, s."""
+        spent = 0.0
         until, begun = time.perf_counter() + TURN_SECONDS, time.thread_time()
-        while self._round and time.perf_counter() < until:
-            sender = self._round.pop()
+        for sender in senders:
             try:
-                sender.send()
+                await sender.send()
             except Exception:
                 _LOG.exception("a stream failed")
-        self._spent += time.thread_time() - begun  # not by the clock: others' work must not count
-        if self._round:
-            self._loop.call_soon(self._turn)
-            return
-        self._runs = False
-        for sender in self._due:
-            self.wake(sender)
-            break
+            if time.perf_counter() > until:
+                spent += time.thread_time() - begun  # not by the clock: others' work must not count
+                await asyncio.sleep(0)
+                until, begun = time.perf_counter() + TURN_SECONDS, time.thread_time()
+        return spent + time.thread_time() - begun

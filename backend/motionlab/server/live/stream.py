@@ -8,11 +8,10 @@ from collections import deque
 
 from fastapi import WebSocket
 from pydantic import ValidationError
-from websockets.frames import Opcode
 
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.reports.problems import PREFIX, TYPES
-from motionlab.server.http.connection_limits import Socket
+from motionlab.server.http.connection_limits import Socket, current
 from motionlab.server.http.problems import Problem
 from motionlab.server.live.broadcast import Broadcast
 from motionlab.server.live.clock import FRAME_SECONDS
@@ -65,7 +64,9 @@ class Stream(Listener):
     def __init__(self, websocket: WebSocket, session: Session) -> None:
         super().__init__()
         self._websocket = websocket
-        self._socket: Socket = websocket.scope["extensions"]["motionlab.socket"]
+        socket = current()
+        assert isinstance(socket, Socket)
+        self._socket = socket
         self._broadcast: Broadcast = websocket.app.state.broadcast
         self._monitor: Monitor = websocket.app.state.monitor
         self._session = session
@@ -83,9 +84,9 @@ class Stream(Listener):
         await self._websocket.accept()
         self._session.listeners.add(self)
         self._monitor.clients.inc()
-        self._write(self._hello())
-        self._socket.take(self._take, self.notify)
-        leaving = asyncio.create_task(self._websocket.receive())  # messages go to `_take`
+        await self._websocket.send_text(self._hello())
+        self._socket.drained = self.notify
+        leaving = asyncio.create_task(self._receive())
         ending = asyncio.create_task(self.wake.wait())
         try:
             await asyncio.wait((leaving, ending), return_when=asyncio.FIRST_COMPLETED)
@@ -103,19 +104,19 @@ class Stream(Listener):
         """Send in the next round."""
         self._broadcast.wake(self)
 
-    def send(self) -> None:
-        """Send what is new, as far as the client has room for it."""
+    async def send(self) -> None:
+        """Send what is new, as far as the client has room for it, and so without waiting."""
         if self._session.closed:
             self.wake.set()  # and so `serve` ends
             return
         self._take_reset()
         while self._answers and self._socket.has_room:
-            self._write(self._answers.popleft().model_dump_json())
+            await self._websocket.send_text(self._answers.popleft().model_dump_json())
         if self.has_changed and self._socket.has_room:
             self.has_changed = False
-            self._write(self._session.announcement())
+            await self._websocket.send_text(self._session.announcement())
         if self._pending() and not self._lags() and self._socket.has_room:
-            self._send_frame()
+            await self._send_frame()
             if self._pending():  # a client that resumes gets several
                 self.notify()
 
@@ -126,16 +127,20 @@ class Stream(Listener):
         columns, session = self._session.history.columns_json, self._session.info()
         return f'{head.model_dump_json()[:-1]},"columns":{columns},"session":{session}}}'
 
-    def _write(self, text: str) -> None:
-        self._socket.write(Opcode.TEXT, text.encode())
+    async def _receive(self) -> None:
+        """Handle messages until the client leaves; their time counts as the client's."""
+        while (message := await self._websocket.receive())["type"] == "websocket.receive":
+            begun = time.perf_counter()
+            self._take(message.get("text"))
+            self._socket.spend(begun)
 
     def _answer(self, message: ServerMessage) -> None:
         self._answers.append(message)
         self.notify()
 
-    def _take(self, text: bytes | None) -> None:
+    def _take(self, text: str | None) -> None:
         try:
-            message = client_message.validate_json(text or b"")
+            message = client_message.validate_json(text or "")
         except ValidationError as error:
             first = error.errors(include_url=False, include_context=False, include_input=False)[0]
             field = "".join(f"{part}: " for part in first["loc"][1:])  # the first is the type
@@ -200,7 +205,7 @@ class Stream(Listener):
             self._lagging = self._skips = True
         return self._lagging
 
-    def _send_frame(self) -> None:
+    async def _send_frame(self) -> None:
         history = self._session.history
         ring = history.ring
         start = max(self._next, ring.first)
@@ -217,12 +222,13 @@ class Stream(Listener):
         if start > skipped:
             frames = max(1, round((start - skipped) * CONTROL_PERIOD / FRAME_SECONDS))
             self._monitor.dropped.inc(frames)
-            self._write(Gap(from_tick=skipped, to_tick=start, frames=frames).model_dump_json())
+            gap = Gap(from_tick=skipped, to_tick=start, frames=frames)
+            await self._websocket.send_text(gap.model_dump_json())
         self._unacknowledged.append((self._sequence, time.monotonic()))
         head = header(len(self._rows), self._sequence, stop - start, start)
         self._sequence += 1
         self._monitor.frames.inc()
-        self._socket.write(Opcode.BINARY, head, payload)
+        await self._websocket.send_bytes(head + payload)
 
 
 async def refuse(websocket: WebSocket, reason: str) -> None:
