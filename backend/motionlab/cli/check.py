@@ -70,14 +70,14 @@ def _check(options: argparse.Namespace) -> int:
 
     scenario = planned(_scenario(options))
     limits = limit_sets(epochs(scenario))
-    found = examine(scenario.trajectory, limits, bins=_BINS)
-    remedy = None if found.feasible else slower(scenario)
-    loops = run_loops(scenario, found)
+    examination = examine(scenario.trajectory, limits, bins=_BINS)
+    remedy = None if examination.feasible else slower(scenario)
+    loops = run_loops(scenario, examination)
     if options.json:
-        print(json.dumps(_document(found, remedy, loops), allow_nan=False))
+        print(json.dumps(_document(examination, remedy, loops), allow_nan=False))
     else:
-        show("\n".join(_report(options.scenario, found, remedy, loops)))
-    return DONE if found.feasible else FAILED
+        show("\n".join(_report(options.scenario, examination, remedy, loops)))
+    return DONE if examination.feasible else FAILED
 
 
 def _scenario(options: argparse.Namespace) -> Scenario:
@@ -87,11 +87,11 @@ def _scenario(options: argparse.Namespace) -> Scenario:
     from motionlab.config.shipped import parse
 
     changes = parse_assignments(options.assignments)
-    given = source(options)
-    tables = parse(given) if isinstance(given, Path) else given
+    chosen = source(options)
+    tables = parse(chosen) if isinstance(chosen, Path) else chosen
     if isinstance(tables, dict) and "kind" in tables:
         return load_scenario(options.motor, {"trajectory": tables} | changes)
-    return load_scenario(given, changes)
+    return load_scenario(chosen, changes)
 
 
 class Slower(dict[str, Any]):
@@ -120,7 +120,7 @@ def slower(scenario: Scenario) -> Slower | None:
         scenario = planned(scenario)
         limits = limit_sets(epochs(scenario))
         slow, stretch = slow_down(scenario.trajectory, limits)
-        found = _changes(scenario.trajectory, slow)
+        remedy = _changes(scenario.trajectory, slow)
         # Numbers that can be typed, if they will do.
         more = _changes(scenario.trajectory, stretched(scenario.trajectory, _MORE * stretch))
         short = Slower({path: _short(value) for path, value in more.items()})
@@ -128,11 +128,11 @@ def slower(scenario: Scenario) -> Slower | None:
         for path, value in short.items():
             set_path(tables, path, value)
         if examine(validate_trajectory(tables["trajectory"]), limits, bins=_BINS).feasible:
-            found = short
+            remedy = short
     except (ConfigError, Infeasible):
         return None
-    found.stretch = stretch
-    return found
+    remedy.stretch = stretch
+    return remedy
 
 
 def _changes(before: TrajectoryConfig, after: TrajectoryConfig) -> Slower:
@@ -152,31 +152,31 @@ def _short(value: Any) -> Any:
     return float(f"{value:.4g}") if isinstance(value, float) else value
 
 
-def _document(found: Examination, remedy: Slower | None, loops: Loops) -> dict[str, Any]:
+def _document(examination: Examination, remedy: Slower | None, loops: Loops) -> dict[str, Any]:
     return {
-        "feasible": found.feasible,
-        "duration": found.duration,
-        "length": found.length,
-        "peaks": [vars(peak) for peak in found.peaks],
-        "violations": [vars(each) for each in found.violations],
-        "violation_count": found.violation_count,
-        "thrust_reserve": found.reserve,
-        "notes": found.notes,
+        "feasible": examination.feasible,
+        "duration": examination.duration,
+        "length": examination.length,
+        "peaks": [vars(peak) for peak in examination.peaks],
+        "violations": [vars(each) for each in examination.violations],
+        "violation_count": examination.violation_count,
+        "thrust_reserve": examination.reserve,
+        "notes": examination.notes,
         **loops.document(),
         "slower": None if remedy is None else {"stretch": remedy.stretch, "set": dict(remedy)},
     }
 
 
-def _report(name: str, found: Examination, remedy: Slower | None, loops: Loops) -> list[str]:
+def _report(name: str, examination: Examination, remedy: Slower | None, loops: Loops) -> list[str]:
     from motionlab.reports.tables import table
 
-    verdict = "can be followed" if found.feasible else "cannot be followed"
+    verdict = "can be followed" if examination.feasible else "cannot be followed"
     if limited := [each.variant for each in loops.loops or () if each.limited]:
         reach = "reach their limits" if len(limited) > 1 else "reaches its limits"
         verdict += f", but {' and '.join(limited)} {reach}"
     lines = [
-        f"{name}: {verdict}; {found.duration:.6g} s, {found.length:.4g} m in "
-        f"{found.examined:.6g} s",
+        f"{name}: {verdict}; {examination.duration:.6g} s, {examination.length:.4g} m in "
+        f"{examination.examined:.6g} s",
         "",
     ]
     rows = [
@@ -187,40 +187,40 @@ def _report(name: str, found: Examination, remedy: Slower | None, loops: Loops) 
             peak.unit,
             "-" if peak.share is None else f"{100 * peak.share:.1f} %",
         )
-        for peak in found.peaks
+        for peak in examination.peaks
     ]
     heads = ("largest", "value", "limit", "unit", "of limit")
     lines.append(table(heads, rows, right={1, 2, 4}))
-    if found.reserve > 0.0:
-        kept = f"{100 * found.reserve:.3g} %"
+    if examination.reserve > 0.0:
+        kept = f"{100 * examination.reserve:.3g} %"
         lines += ["", f"The limit of thrust leaves {kept} to feedback (thrust_reserve)."]
-    if found.violations:
+    if examination.violations:
         lines.append("")
     lines += [
         f"{each.quantity} on {each.axis} from {each.start:.4f} s to {each.end:.4f} s: "
         f"{abs(each.value):.6g} {each.unit} at x = {each.place[0]:.4g} m, "
         f"y = {each.place[1]:.4g} m; allowed {each.limit:.6g} {each.unit}"
-        for each in found.violations[:_SHOWN]
+        for each in examination.violations[:_SHOWN]
     ]
-    if found.violation_count > _SHOWN:
-        lines.append(f"and {found.violation_count - _SHOWN} more; --json lists the worst")
-    if found.notes:
-        lines += ["", *found.notes]
+    if examination.violation_count > _SHOWN:
+        lines.append(f"and {examination.violation_count - _SHOWN} more; --json lists the worst")
+    if examination.notes:
+        lines += ["", *examination.notes]
     lines += ["", *_loops(loops)]
-    if not found.feasible:
+    if not examination.feasible:
         lines += ["", str(remedy or "no slower one can be: move or shrink it, or smooth its jumps")]
     return lines
 
 
-def _loops(found: Loops) -> list[str]:
+def _loops(checks: Loops) -> list[str]:
     """Return a table of how each variant follows the motion, or why none was run."""
     from motionlab.config.planar import AXES
     from motionlab.reports.tables import table
 
-    if found.loops is None or found.loops_window is None:
-        return [f"The loops of the variants were not run: {found.loops_not_run}."]
+    if checks.loops is None or checks.loops_window is None:
+        return [f"The loops of the variants were not run: {checks.loops_not_run}."]
     rows = []
-    for each in found.loops:
+    for each in checks.loops:
         shares = [each.saturated_fraction.get(axis) for axis in AXES]
         errors = [each.max_abs_following_error.get(axis) for axis in AXES]
         rows.append(
@@ -233,7 +233,7 @@ def _loops(found: Loops) -> list[str]:
             )
         )
     heads = ("", "variant", "limited x", "y", "max |e| x", "y", "")
-    start, end = found.loops_window
+    start, end = checks.loops_window
     return [
         table(heads, rows, right={2, 3, 4, 5}),
         f"limited: share of {start:.6g} to {end:.6g} s with the command or a current at its limit",

@@ -120,12 +120,12 @@ def _compare(options: argparse.Namespace) -> int:
     from motionlab.library.columns import of_file_or_run
 
     how = comparing_of(options)
-    found = compare(of_file_or_run(options.a), of_file_or_run(options.b), how)
+    comparison = compare(of_file_or_run(options.a), of_file_or_run(options.b), how)
     if options.json:
-        print(json.dumps(found.model_dump(mode="json"), allow_nan=False))
+        print(json.dumps(comparison.model_dump(mode="json"), allow_nan=False))
     else:
-        show(_report(found, every=options.all))
-    return DONE if found.holds else FAILED
+        show(_report(comparison, every=options.all))
+    return DONE if comparison.holds else FAILED
 
 
 def comparing_of(options: argparse.Namespace) -> Comparing:
@@ -185,34 +185,33 @@ def _tolerance(numbers: str, text: str) -> dict[str, float]:
     from motionlab.errors import ConfigError, FieldError
 
     try:
-        found = [float(number) for number in numbers.split(",")]
-        names = ("absolute", "relative", "time")[: max(2, len(found))]
-        return dict(zip(names, found, strict=True))
+        limits = [float(number) for number in numbers.split(",")]
+        names = ("absolute", "relative", "time")[: max(2, len(limits))]
+        return dict(zip(names, limits, strict=True))
     except ValueError:
         allowed = "ABS,REL or CHANNEL=ABS,REL, each with ,S"
         raise ConfigError(FieldError("--tolerance", "is no tolerance", text, allowed)) from None
 
 
-def _report(found: Comparison, *, every: bool) -> str:
+def _report(comparison: Comparison, *, every: bool) -> str:
     from motionlab.reports.tables import table
 
     heads = ("channel", "verdict", "largest", "rms", "unit", "beyond", "at")
-    overlap = found.note
-    if found.start is not None and found.end is not None:
-        overlap = (
-            f"{found.instants} instants from {found.start.time:.4f} s to {found.end.time:.4f} s of "
-            f"{found.a.name}"
-        )
+    overlap = comparison.note
+    if comparison.start is not None and comparison.end is not None:
+        start, end = comparison.start.time, comparison.end.time
+        overlap = f"{comparison.instants} instants from {start:.4f} s to {end:.4f} s"
+        overlap += f" of {comparison.a.name}"
     listed = [
         channel
-        for channel in found.channels
+        for channel in comparison.channels
         if every or channel.verdict != "within" or channel.largest != 0.0
     ]
     lines = [table(heads, map(_row, listed)), ""] if listed else []
-    if equal := len(found.channels) - len(listed):
+    if equal := len(comparison.channels) - len(listed):
         some = "1 channel is" if equal == 1 else f"{equal} channels are"
         lines.append(f"{some} equal; --all lists them")
-    return "\n".join([*lines, f"{found.headline}; {overlap}"])
+    return "\n".join([*lines, f"{comparison.headline}; {overlap}"])
 
 
 def _row(channel: ChannelComparison) -> tuple[str, ...]:

@@ -46,8 +46,10 @@ def add(commands: Any) -> None:
     )
     orders = parser.add_subparsers(title="orders", metavar="ORDER", required=True)
 
-    def order(name: str, command: Callable[[argparse.Namespace], int], told: str) -> Any:
-        added = orders.add_parser(name, help=told, description=f"{told[0].upper()}{told[1:]}.")
+    def order(name: str, command: Callable[[argparse.Namespace], int], summary: str) -> Any:
+        added = orders.add_parser(
+            name, help=summary, description=f"{summary[0].upper()}{summary[1:]}."
+        )
         added.add_argument(
             "--server", metavar="URL", default=ADDRESS, help="the server (default: %(default)s)"
         )
@@ -127,12 +129,12 @@ def _commission(options: argparse.Namespace) -> int:
     body = {"confirm": True} if options.confirm else None
     with _control(server) as lease:
         server.call("POST", f"{place}/{options.step}", body, lease.headers)
-        told = ""
+        shown = ""
         while (status := server.call("GET", place))["running"] or status["by_hand"]:
             text = _under_way(status)
-            if text != told:
+            if text != shown:
                 print(text, file=sys.stderr, flush=True)
-            told = text
+            shown = text
             time.sleep(_POLL)
     step = _step(status, options)
     finding = step["finding"]
@@ -191,9 +193,9 @@ def _steps_in_words(status: dict[str, Any]) -> str:
     """Return the steps, one a line, and the changes that were taken."""
     lines = []
     for number, step in enumerate(status["steps"], start=1):
-        found = step["finding"]["text"] if step["finding"] else ""
+        finding = step["finding"]["text"] if step["finding"] else ""
         torque = "torque" if step["torque"] else ""
-        line = f"{number} {step['name']:12} {step['title']:26} {torque:7}{step['state']:8}{found}"
+        line = f"{number} {step['name']:12} {step['title']:26} {torque:7}{step['state']:8}{finding}"
         lines.append(line.rstrip())
     lines += [text for text in (status["damage"], status["other_drives"]) if text]
     if not status["other_drives"]:
@@ -282,17 +284,17 @@ def _switch_on(server: LabServer, lease: HeldLease, request: dict[str, Any]) -> 
 def _settled(server: LabServer, states: set[str]) -> str:
     """Wait for one of some states; return why it does not come, or nothing."""
     deadline = time.monotonic() + _UP_TIME
-    told = ""
+    shown = ""
     while True:
         status = server.call("GET", "/drive")
         if status["state"] in states and (status["state"] != "ready" or _in_phase(status)):
             return ""
-        if status["fault"] or (status["problem"] and status["problem"] == told):
+        if status["fault"] or (status["problem"] and status["problem"] == shown):
             return _ended(status)
         if time.monotonic() > deadline:
             return f"the drives are still {status['state']}"
-        told = status["problem"]
-        time.sleep(1.0 if told else _POLL)  # a problem of before goes once the drives are up
+        shown = status["problem"]
+        time.sleep(1.0 if shown else _POLL)  # a problem of before goes once the drives are up
 
 
 def _in_phase(status: dict[str, Any]) -> bool:
@@ -344,15 +346,15 @@ def _figures(metrics: dict[str, Any]) -> list[str]:
     """Return the main metrics of a motion."""
     lines = []
     for name, variant in metrics["variants"].items():
-        for axis, found in variant["axes"].items():
+        for axis, figures in variant["axes"].items():
             shown = [
                 ("max abs following error", "max_abs_following_error", _MICRO, "um"),
                 ("RMS following error", "rms_following_error", _MICRO, "um"),
                 ("RMS current", "rms_current", 1.0, "A"),
             ]
             lines += [
-                f"  {name} {axis}  {title:25} {factor * found[key]:8.3g} {unit}"
-                if found[key] is not None
+                f"  {name} {axis}  {title:25} {factor * figures[key]:8.3g} {unit}"
+                if figures[key] is not None
                 else f"  {name} {axis}  {title:25} not measured"
                 for title, key, factor, unit in shown
             ]

@@ -139,7 +139,7 @@ def _import(options: argparse.Namespace) -> int:
     if not path.is_file():
         raise ConfigError(FieldError("FILE", "is no file", options.file))
     check_name(options.name, "--name")
-    said = ImportOptions(
+    reading = ImportOptions(
         name=options.name,
         rate=options.rate,
         resample=options.resample,
@@ -148,7 +148,7 @@ def _import(options: argparse.Namespace) -> int:
         decimal=options.decimal,
     )
     kept_in = None if options.preview else library()
-    document, _ = import_file(path, said, library=kept_in, name=path.name)
+    document, _ = import_file(path, reading, library=kept_in, name=path.name)
     if options.json:
         print(document.model_dump_json())
     else:
@@ -209,10 +209,10 @@ def _source(run: str) -> Iterator[Source]:
         source = Source.of_file(Path(run))
     else:
         try:
-            found = library().complete(_named(run))
+            detail = library().complete(_named(run))
         except Unknown as error:
             raise ConfigError(FieldError("RUN", str(error))) from None
-        source = Source.of(library().files.open(found.id), found)
+        source = Source.of(library().files.open(detail.id), detail)
     with source.file:
         yield source
 

@@ -78,14 +78,14 @@ def _fields(options: argparse.Namespace) -> int:
 
     if options.kind is None:
         scenario = load_scenario(source(options), parse_assignments(options.assignments))
-        found = _matching(list(values_of(scenario)), options.pattern)
+        entries = _matching(list(values_of(scenario)), options.pattern)
     else:
-        found = _matching(_of_kind(options.kind), options.pattern)
+        entries = _matching(_of_kind(options.kind), options.pattern)
     if options.json:
-        print(json.dumps([each._asdict() for each in found], allow_nan=False))
+        print(json.dumps([each._asdict() for each in entries], allow_nan=False))
         return DONE
     heads = ("field", "value", "unit", "allowed", "meaning")
-    rows = [(f.path, _text(f.value), f.unit, f.range, f.description) for f in found]
+    rows = [(f.path, _text(f.value), f.unit, f.range, f.description) for f in entries]
     show(table(heads, rows))
     if options.kind is not None:
         from motionlab.config.trajectory import EXAMPLES
@@ -126,7 +126,7 @@ def _matching(fields: list[FieldValue], pattern: str) -> list[FieldValue]:
     from motionlab.errors import ConfigError, FieldError
 
     wild = any(sign in pattern for sign in "*?[")
-    found = [
+    matching = [
         each
         for each in fields
         if (
@@ -135,8 +135,8 @@ def _matching(fields: list[FieldValue], pattern: str) -> list[FieldValue]:
             else pattern in each.path or pattern.lower() in each.description.lower()
         )
     ]
-    if found:
-        return found
+    if matching:
+        return matching
     words = sorted({word for each in fields for word in (each.path, *each.path.split("."))})
     message = f"fits no field{did_you_mean(pattern, words)}"
     allowed = "part of a path such as plant.x.mass, one with *, or a word of a meaning"

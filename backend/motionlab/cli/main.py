@@ -72,22 +72,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _carry_out(arguments: Sequence[str] | None) -> int:
     if sys.stdout is None:
         return _complain("stdout is closed: there is nowhere to print a result", FAILED)
-    given = sys.argv[1:] if arguments is None else list(arguments)
+    words = sys.argv[1:] if arguments is None else list(arguments)
     started = time.perf_counter()
     try:
         try:
-            asked = given if given not in ([], ["help"]) else ["--help"]
-            options = _parser(asked).parse_args(asked)
-            command = str(shown(shlex.join(["motionlab", *asked])))
+            parsed = words if words not in ([], ["help"]) else ["--help"]
+            options = _parser(parsed).parse_args(parsed)
+            command = str(shown(shlex.join(["motionlab", *parsed])))
             with progress_shown(not hasattr(options, "quiet")), first_use(), naming_extras(command):
                 code = options.command(options)
                 if hasattr(options, "verbose"):
                     say(f"took {time.perf_counter() - started:.2f} s")
             return code
         except MotionLabError as error:
-            if {"-v", "--verbose"} & set(given):
+            if {"-v", "--verbose"} & set(words):
                 traceback.print_exc()
-            if "--json" in given:
+            if "--json" in words:
                 print_problem(error)
             bad = isinstance(error, ConfigError | Infeasible)
             return _complain(str(error), BAD_INPUT if bad else FAILED)
@@ -116,7 +116,7 @@ def _reader_has_left() -> bool:
     return bool(stdout.poll(0))
 
 
-def _parser(given: Sequence[str] = ()) -> argparse.ArgumentParser:
+def _parser(words: Sequence[str] = ()) -> argparse.ArgumentParser:
     """Return the parser: of one command where the first word names it, or of all."""
     parser = Parser(
         prog="motionlab",
@@ -125,14 +125,14 @@ def _parser(given: Sequence[str] = ()) -> argparse.ArgumentParser:
     )
     parser.add_argument("-V", "--version", action="version", version=f"motionlab {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for module in _modules(given):
+    for module in _modules(words):
         importlib.import_module(f"motionlab.cli.{module}").add(commands)
     return parser
 
 
-def _modules(given: Sequence[str]) -> list[str]:
-    if given:
+def _modules(words: Sequence[str]) -> list[str]:
+    if words:
         for module, names in _MODULES.items():
-            if given[0] in names:
+            if words[0] in names:
                 return [module]
     return list(_MODULES)

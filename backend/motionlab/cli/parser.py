@@ -41,7 +41,7 @@ class HelpFormatter(argparse.RawDescriptionHelpFormatter):
     """Wraps sentences at the terminal's width, and leaves indented lines as they are."""
 
     def _fill_text(self, text: str, width: int, indent: str) -> str:
-        found: list[str] = []
+        lines: list[str] = []
         sentences: list[str] = []
         for line in [*text.splitlines(), ""]:
             if line and not line[0].isspace() and not line.endswith(":"):
@@ -49,10 +49,10 @@ class HelpFormatter(argparse.RawDescriptionHelpFormatter):
                 continue
             if sentences:
                 filled = " ".join(sentences)
-                found += textwrap.wrap(filled, width, break_long_words=False)
+                lines += textwrap.wrap(filled, width, break_long_words=False)
                 sentences.clear()
-            found.append(line)
-        return "\n".join(indent + line for line in found).rstrip() + "\n"
+            lines.append(line)
+        return "\n".join(indent + line for line in lines).rstrip() + "\n"
 
 
 class Parser(argparse.ArgumentParser):
@@ -65,7 +65,7 @@ class Parser(argparse.ArgumentParser):
         settings["formatter_class"] = HelpFormatter
         super().__init__(**settings)
         self._late = late
-        self._given: list[str] = []
+        self._words: list[str] = []
         # A value such as -0.001,0.002 is no option either: argparse knows single numbers alone.
         self._negative_number_matcher = _NEGATIVE
         self.add_argument(
@@ -79,21 +79,21 @@ class Parser(argparse.ArgumentParser):
         self, args: Sequence[str] | None = None, namespace: Any = None
     ) -> tuple[argparse.Namespace, list[str]]:
         """Parse, and refuse what is left over: here the command is known that does not take it."""
-        self._given = list(args or [])
+        self._words = list(args or [])
         if self._late is not None:
             late, self._late = self._late, None
             late(self)
-        found, left = super().parse_known_args(args, namespace)
+        known, left = super().parse_known_args(args, namespace)
         if left:
             self._refuse(left[0])
-        return found, left
+        return known, left
 
     def error(self, message: str) -> NoReturn:
         """End with the reason in the words of all other errors, and the page that helps."""
         message = message.removeprefix("argument ")
         error = FieldError(self.prog, message)
-        if found := _CHOICE.fullmatch(message):
-            name, value, choices = found.groups()
+        if match := _CHOICE.fullmatch(message):
+            name, value, choices = match.groups()
             known = [word.strip().strip("'") for word in choices.split(",")]
             hint = did_you_mean(value, known)
             if not hint:
@@ -104,13 +104,13 @@ class Parser(argparse.ArgumentParser):
             allowed = "" if name == "COMMAND" else f"one of {', '.join(known)}"
             error = FieldError(name, f"no such {name}{hint}", value, allowed)
             message = str(error).removeprefix(f"{name}: ")
-        elif found := _NUMBER.fullmatch(message):
-            name, kind, value = found.groups()
+        elif match := _NUMBER.fullmatch(message):
+            name, kind, value = match.groups()
             what = "a whole number" if kind == "int" else "a number"
             error = FieldError(name, f"is not {what}", value.strip("'"))
             message = str(error)
         elif message.startswith(_MISSING):
-            for word in self._given:  # which may be why
+            for word in self._words:  # which may be why
                 if word.startswith("-") and not self._knows(word):
                     self._refuse(word)
             name = message.removeprefix(_MISSING)
@@ -119,7 +119,7 @@ class Parser(argparse.ArgumentParser):
         self._end(message, error)
 
     def _end(self, message: str, error: FieldError) -> NoReturn:
-        if "--json" in self._given:
+        if "--json" in self._words:
             print_problem(ConfigError(error))
         self.exit(BAD_INPUT, f"{self.prog}: {message}\n`{self.prog} --help` shows what there is\n")
 

@@ -94,14 +94,16 @@ def _curves(options: argparse.Namespace) -> tuple[NDArray[np.float64], list[Curv
         from motionlab.library.columns import of_file_or_run
 
         if options.assignments:
-            told = "changes a scenario; a run is as it was"
-            raise ConfigError(FieldError("--set", told, options.assignments[0]))
-        found = of_file_or_run(name)
-        wanted = _wanted(options.channels, list(found.units))
-        values = found.read(wanted)
-        time = found.grid.first + found.grid.period * np.arange(found.grid.ticks, dtype=np.float64)
-        units = found.units
-        return time, [Curve(n, units[n], v) for n, v in zip(wanted, values, strict=True)]
+            message = "changes a scenario; a run is as it was"
+            raise ConfigError(FieldError("--set", message, options.assignments[0]))
+        columns = of_file_or_run(name)
+        names = _channels_of(options.channels, list(columns.units))
+        values = columns.read(names)
+        time = columns.grid.first + columns.grid.period * np.arange(
+            columns.grid.ticks, dtype=np.float64
+        )
+        units = columns.units
+        return time, [Curve(n, units[n], v) for n, v in zip(names, values, strict=True)]
     return _simulated(options)
 
 
@@ -113,12 +115,12 @@ def _simulated(options: argparse.Namespace) -> tuple[NDArray[np.float64], list[C
     from motionlab.scripting.local import Local
 
     run = Local().run(source(options), parse_assignments(options.assignments))
-    wanted = _wanted(options.channels, list(run))
-    curves = [Curve(name, run[name].unit, np.asarray(run[name])) for name in wanted]
+    names = _channels_of(options.channels, list(run))
+    curves = [Curve(name, run[name].unit, np.asarray(run[name])) for name in names]
     return np.asarray(run.time), curves
 
 
-def _wanted(asked: Sequence[str], known: list[str]) -> list[str]:
+def _channels_of(channels: Sequence[str], known: list[str]) -> list[str]:
     """Return the channels to draw.
 
     Raises
@@ -128,7 +130,7 @@ def _wanted(asked: Sequence[str], known: list[str]) -> list[str]:
     """
     from motionlab.config.shipped import did_you_mean
 
-    if not asked:
+    if not channels:
         return [name for name in known if name.endswith(".following_error")] or known[:1]
     wrong = [
         FieldError(
@@ -137,9 +139,9 @@ def _wanted(asked: Sequence[str], known: list[str]) -> list[str]:
             name,
             f"one of {len(known)}, such as {known[-1]}; `motionlab docs recording` lists them",
         )
-        for name in asked
+        for name in channels
         if name not in known
     ]
     if wrong:
         raise ConfigError(*wrong)
-    return list(asked)
+    return list(channels)

@@ -38,35 +38,39 @@ def _replay(options: argparse.Namespace) -> int:
 
     kept = library()
     run = kept.named(options.run)
-    wanted = again(kept.complete(run))
+    recorded = again(kept.complete(run))
     with kept.files.open(run) as file, share_done("replay") as progress:
-        found = replay(wanted, file, progress)
+        comparison = replay(recorded, file, progress)
     if options.json:
-        print(json.dumps(found.model_dump(mode="json"), allow_nan=False))
+        print(json.dumps(comparison.model_dump(mode="json"), allow_nan=False))
     else:
-        show(_report(found))
-    return DONE if found.identical else FAILED
+        show(_report(comparison))
+    return DONE if comparison.identical else FAILED
 
 
-def _report(found: Replay) -> str:
-    extent = f"{found.channels} channels, {found.ticks} ticks"
-    if found.missing:
-        extent += f", {found.missing} not recorded"
-    if found.identical:
+def _report(comparison: Replay) -> str:
+    extent = f"{comparison.channels} channels, {comparison.ticks} ticks"
+    if comparison.missing:
+        extent += f", {comparison.missing} not recorded"
+    if comparison.identical:
         return f"identical: {extent}"
     lines = [f"not identical: {extent}"]
-    if found.first is not None:
-        first = found.first
+    if comparison.first is not None:
+        first = comparison.first
         size = (
             "" if first.difference is None else f", difference {first.difference:.6g} {first.unit}"
         )
         lines += [
             f"first at tick {first.tick}, t = {first.time:.4f} s: {first.channel} was "
             f"{_value(first.recorded)}, is {_value(first.simulated)}{size}",
-            f"{found.samples} samples differ, of {', '.join(found.differing[:_NAMED])}"
-            + (f" and {len(found.differing) - _NAMED} more" if found.differing[_NAMED:] else ""),
+            f"{comparison.samples} samples differ, of {', '.join(comparison.differing[:_NAMED])}"
+            + (
+                f" and {len(comparison.differing) - _NAMED} more"
+                if comparison.differing[_NAMED:]
+                else ""
+            ),
         ]
-    return "\n".join([*lines, *found.reasons])
+    return "\n".join([*lines, *comparison.reasons])
 
 
 def _value(value: float | str | None) -> str:

@@ -110,4 +110,4 @@ def _row(run: Run) -> list[str]:
 
 def _printable(text: str) -> str:
     """Return a text in which nothing is an order to the terminal."""
-    return re.sub(r"[\x00-\x1f\x7f-\x9f\ud800-\udfff]", lambda found: repr(found[0])[1:-1], text)
+    return re.sub(r"[\x00-\x1f\x7f-\x9f\ud800-\udfff]", lambda match: repr(match[0])[1:-1], text)

@@ -56,16 +56,16 @@ def _carry_out(study: Study, options: argparse.Namespace) -> int:
         show(instead)
         return DONE
     if study.direct:
-        found = study.run(plan, lambda *_: None)
+        result = study.run(plan, lambda *_: None)
     else:
         scheduler = getattr(options, "scheduler", None)
         with executing(scheduler), share_done(study.command.title) as progress:
-            found = study.run(plan, lambda share, _partial=None: progress(share))
-    study.after(found, options)
+            result = study.run(plan, lambda share, _partial=None: progress(share))
+    study.after(result, options)
     if out is not None:
         wrote(out)
     if options.json:
-        print(study.text(found))
+        print(study.text(result))
     else:
-        show(study.report(found))
-    return FAILED if study.has_failed(found) else DONE
+        show(study.report(result))
+    return FAILED if study.has_failed(result) else DONE

@@ -131,7 +131,7 @@ def _import(options: argparse.Namespace) -> int:
         check_output(options.target, ".toml", overwrite=options.overwrite, loc="TOML")
     if path.suffix in SUFFIXES or not path.is_file():
         return _import_samples(options)
-    said = ReadOptions(
+    reading = ReadOptions(
         format=options.format,
         unit=options.unit,
         scale=options.scale,
@@ -141,15 +141,15 @@ def _import(options: argparse.Namespace) -> int:
         samples=options.samples,
     )
     with path.open("rb") as file:
-        found = read_trajectory(file.read(SAMPLES_BYTES_MAX + 1), said, name=path.name)
-    _write(options, found.trajectory)
+        imported = read_trajectory(file.read(SAMPLES_BYTES_MAX + 1), reading, name=path.name)
+    _write(options, imported.trajectory)
     if options.samples:
-        print(f"csv: {found.read}", *found.notes, sep="\n", file=sys.stderr)
+        print(f"csv: {imported.read}", *imported.notes, sep="\n", file=sys.stderr)
         return DONE
     print(
-        f"{found.format}: {found.read}; a path of {found.points} points and {found.corners} "
-        f"corners, at most {found.deviation * 1e6:.3g} um away",
-        *found.notes,
+        f"{imported.format}: {imported.read}; a path of {imported.points} points and "
+        f"{imported.corners} corners, at most {imported.deviation * 1e6:.3g} um away",
+        *imported.notes,
         sep="\n",
         file=sys.stderr,
     )

@@ -249,9 +249,9 @@ def _run(options: argparse.Namespace) -> int:
         priority=options.priority,
         slow=options.slow,
     ) as server:
-        told = {"at": where, "port": server.port, "control_port": server.control_port}
+        place = {"at": where, "port": server.port, "control_port": server.control_port}
         if options.json:
-            print(json.dumps(told), flush=True)
+            print(json.dumps(place), flush=True)
         else:
             at = f"{where}:{server.port}" if server.port else where
             print(
