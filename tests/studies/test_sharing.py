@@ -109,7 +109,7 @@ def test_people_see_every_law(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["sharing", "--set", "law=sine"]) == 0
     assert "cubic" not in capsys.readouterr().out
     assert main(["map", "--fit", "previous-design"]) == 0
-    assert "Fit of the analytic map" in capsys.readouterr().out
+    assert "As numbers for a controller's model: { tau = " in capsys.readouterr().out
 
 
 def test_the_page_names_every_field_and_law() -> None:

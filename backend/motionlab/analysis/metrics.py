@@ -243,6 +243,17 @@ DEFINITIONS: dict[str, Definition] = {
 }
 """Metrics of one axis over a window; docs/metrics.md prints this table."""
 
+MAIN_METRICS = (
+    "max_abs_following_error",
+    "rms_following_error",
+    "steady_state_error",
+    "settling_time",
+    "rms_force",
+    "rms_current",
+    "saturated_fraction",
+)
+"""Those that reports on a terminal show."""
+
 CONTOUR_DEFINITIONS: dict[str, Definition] = {
     "max": Definition(
         "m",

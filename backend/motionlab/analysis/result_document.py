@@ -90,8 +90,8 @@ class ResultDocument(WindowMetrics):
     seed: int
     plant: str
     plant_description: str
-    version: str
-    model: str = Field(description="Hash of the model's sources")
+    version: str = Field(repr=False)
+    model: str = Field(description="Hash of the model's sources", repr=False)
     maps: dict[str, MapRecord] = Field(description="Tables that stood in for analytic force maps")
     segments: list[WindowMetrics] = Field(description="One for each interval between switches")
     run: str | None = Field(default=None, description="Identifier of the run, where it was kept")

@@ -11,7 +11,7 @@ from motionlab.cli.output import show
 from motionlab.studies.options import add_json
 
 if TYPE_CHECKING:
-    from motionlab.library.glitches import AxisGlitches, GlitchMean, GlitchRow, RunGlitches
+    pass
 
 EXAMPLES = """\
 examples:
@@ -20,7 +20,6 @@ examples:
 
 `motionlab docs glitches` says how height, delay, rise and duration are measured.
 """
-_MICRO, _MILLI = 1e6, 1e3
 
 
 def add(commands: Any) -> None:
@@ -41,32 +40,11 @@ def _glitches(options: argparse.Namespace) -> int:
     from motionlab.library.glitches import run_glitches
     from motionlab.library.library import library
 
-    found = run_glitches(library().named(options.run))
+    reversals = run_glitches(library().named(options.run))
     if options.json:
-        print(json.dumps(found.model_dump(mode="json")))
+        print(json.dumps(reversals.model_dump(mode="json")))
     else:
-        show(_table(found))
+        from motionlab.reports.document_text import document_text
+
+        show(document_text(reversals) or "no axis of it reverses")
     return DONE
-
-
-def _table(found: RunGlitches) -> str:
-    if not found.axes:
-        return "no axis of it reverses"
-    return "\n".join(_axis(name, axis) for name, axis in found.axes.items())
-
-
-def _axis(name: str, axis: AxisGlitches) -> str:
-    from motionlab.reports.tables import table
-
-    rows: list[tuple[str, ...]] = []
-    for variant, each in axis.variants.items():
-        rows += [_row(variant, f"{row.time:.4f}", row.height, row) for row in each.rows]
-        rows.append(_row(variant, "mean", each.mean.height, each.mean))
-    heads = (name, "variant", "time s", "height um", "delay ms", "rise ms", "duration ms")
-    return table(heads, rows, right=range(2, len(heads)))
-
-
-def _row(variant: str, when: str, height: float, of: GlitchRow | GlitchMean) -> tuple[str, ...]:
-    times = [of.delay, of.rise, of.duration]
-    cells = ["-" if each is None else f"{_MILLI * each:.1f}" for each in times]
-    return "", variant, when, f"{_MICRO * height:.3f}", *cells

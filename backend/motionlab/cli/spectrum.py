@@ -12,7 +12,7 @@ from motionlab.cli.output import add_overwrite, check_output, show, wrote
 from motionlab.studies.options import add_json
 
 if TYPE_CHECKING:
-    from motionlab.analysis.loop_spectrum import SpectrumOptions, SpectrumPeak, Taken
+    from motionlab.analysis.loop_spectrum import Taken
     from motionlab.library.run import Run
 
 EXAMPLES = """\
@@ -23,7 +23,6 @@ examples:
 
 `motionlab docs spectrum` defines lines, broad peaks and peaks of the loop.
 """
-_UNITS = {"m": (1e9, "nm"), "N": (1e3, "mN"), "A": (1e3, "mA")}
 
 
 def add(commands: Any) -> None:
@@ -68,21 +67,24 @@ def _spectrum(options: argparse.Namespace) -> int:
     from motionlab.library.library import library
     from motionlab.library.spectrum import run_spectra
 
-    wanted = checked(
+    settings = checked(
         SpectrumOptions, {"window": options.window, "averages": options.averages}, "spectrum"
     )
     if options.out:
         check_output(options.out, ".csv", overwrite=options.overwrite)
     run = library().get(library().named(options.run))
     first, stop = _samples(options, run)
-    taken, period = run_spectra(run.id, options.column, first, stop, wanted)
+    taken, period = run_spectra(run.id, options.column, first, stop, settings)
     if options.out:
         _write(options.out, taken)
         wrote(options.out)
+    spectra = document(taken, settings, period=period)
     if options.json:
-        print(json.dumps(document(taken, wanted, period=period).model_dump(mode="json")))
+        print(json.dumps(spectra.model_dump(mode="json")))
     else:
-        show("\n".join(line for each in taken for line in _table(each, wanted, period)))
+        from motionlab.reports.document_text import document_text
+
+        show(document_text(spectra))
     return DONE
 
 
@@ -98,38 +100,6 @@ def _samples(options: argparse.Namespace, run: Run) -> tuple[int, int | None]:
     return first, None if options.end is None else round(options.end / run.period) + 1
 
 
-def _table(taken: Taken, options: SpectrumOptions, period: float) -> list[str]:
-    from motionlab.reports.tables import table
-
-    samples, part, found = taken.samples, taken.part, taken.spectrum
-    factor, unit = _UNITS.get(samples.unit, (1.0, samples.unit))
-    start, stop = (period * (samples.start + end) for end in (part.start, part.stop))
-    lines = [
-        f"{samples.name}: {start:g} to {stop:g} s, {options.window}, averages {options.averages}",
-        f"  resolution {found.resolution:.4g} Hz, noise bandwidth {found.noise_bandwidth:.4g} Hz, "
-        f"RMS {factor * found.rms:.4g} {unit}",
-    ]
-    if missing := len(samples.values) - (part.stop - part.start):
-        lines.append(f"  longest stretch without a missing sample, {missing} left out")
-    if taken.loop is None:
-        lines.append(f"  no response of a loop: {taken.note}")
-    else:
-        lines.append(
-            f"  loop about {1e3 * taken.loop.velocity:.3g} mm/s, fitted with "
-            f"{1e3 * taken.loop.force:.3g} mN/sqrt(Hz)"
-        )
-    heads = ("Hz", "", f"amplitude {unit}", f"RMS {unit}", "above loop dB")
-    found_peaks = table(heads, [_row(peak, factor) for peak in taken.peaks], right={0, 2, 3, 4})
-    return lines + [f"  {line}" for line in found_peaks.splitlines()]
-
-
-def _row(peak: SpectrumPeak, factor: float) -> tuple[str, ...]:
-    amplitude = "-" if peak.amplitude is None else f"{factor * peak.amplitude:.4g}"
-    above = "-" if peak.above_loop is None else f"{peak.above_loop:.1f}"
-    rms = f"{factor * peak.rms:.4g}"
-    return f"{peak.frequency:.3f}", peak.kind, amplitude, rms, above
-
-
 def _write(path: str, taken: list[Taken]) -> None:
     """Write every bin of every column, one column below another, as CSV."""
     from motionlab.files import complete_file
@@ -138,7 +108,7 @@ def _write(path: str, taken: list[Taken]) -> None:
         rows = csv.writer(file)
         rows.writerow(["column", "frequency [Hz]", "density", "amplitude", "cumulative RMS"])
         for each in taken:
-            found = each.spectrum
-            curves = (found.frequency, found.density, found.amplitude, found.cumulative)
+            spectrum = each.spectrum
+            curves = (spectrum.frequency, spectrum.density, spectrum.amplitude, spectrum.cumulative)
             for values in zip(*(curve.tolist() for curve in curves), strict=True):
                 rows.writerow([each.samples.name, *(f"{value:.9g}" for value in values)])

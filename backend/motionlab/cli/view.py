@@ -90,7 +90,9 @@ def _view(options: argparse.Namespace) -> int:
     if options.json:
         print(json.dumps(document.model_dump(mode="json")))
     else:
-        show("\n".join(view.report(document)))
+        from motionlab.reports.document_text import document_text
+
+        show(document_text(document))
     return DONE
 
 

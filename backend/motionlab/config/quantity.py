@@ -28,7 +28,9 @@ FACTORS = {
     "N/mm": 1e-3,
     "N s/mm": 1e-3,
     "°": 180.0 / math.pi,
+    "deg": 180.0 / math.pi,
     "%": 100.0,
+    "ppm": 1e6,
     "% of pitch": 100.0,
     "kA/m": 1e-3,
     "GPa": 1e-9,
@@ -129,3 +131,9 @@ def quantity(  # noqa: PLR0913 - one keyword for each fact about a field
         lt=lt,
         json_schema_extra=extra,
     )
+
+
+def si(description: str, unit: str, shown: str = "") -> Any:
+    """Declare a number of a document with its unit, and the unit in reports where that differs."""
+    display = {"display_unit": shown, "display_factor": FACTORS[shown]} if shown else {}
+    return Field(description=description, json_schema_extra={"unit": unit, **display})

@@ -38,9 +38,9 @@ class GlitchMean(BaseModel):
     """Means over the reversals; of times, over those that have one."""
 
     height: float = Field(description="Of the heights without their signs, m")
-    delay: float | None
-    rise: float | None
-    duration: float | None
+    delay: float | None = Field(description="s")
+    rise: float | None = Field(description="s")
+    duration: float | None = Field(description="s")
 
 
 class AlignedError(BaseModel):
@@ -58,7 +58,7 @@ class VariantGlitches(BaseModel):
 
     rows: list[GlitchRow]
     mean: GlitchMean
-    aligned: AlignedError
+    aligned: AlignedError = Field(repr=False)
 
 
 class AxisGlitches(BaseModel):

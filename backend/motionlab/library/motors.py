@@ -46,7 +46,9 @@ class MotorOrigin(_Document):
     run_name: str
     recorded: str = Field(description="When the run began, ISO 8601")
     fits: dict[str, FittedValue] = Field(
-        max_length=_FITS_MAX, description="By dotted path into the motor, such as x.friction.F_c"
+        repr=False,
+        max_length=_FITS_MAX,
+        description="By dotted path into the motor, such as x.friction.F_c",
     )
     residual: dict[str, Residual] | None = Field(
         default=None, description="By axis; null of a run without scenario, a measurement"
@@ -57,7 +59,9 @@ class MotorOrigin(_Document):
 class Motor(_Document):
     """A motor and its origin."""
 
-    plant: dict[str, Any] = Field(description="Tables of the motor, as a scenario has them")
+    plant: dict[str, Any] = Field(
+        description="Tables of the motor, as a scenario has them", repr=False
+    )
     origin: MotorOrigin | None = Field(default=None, description="null of one that was typed")
 
 

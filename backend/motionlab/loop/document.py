@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from motionlab.config.planar import AXES
+from motionlab.config.quantity import si
 from motionlab.config.scenario import Scenario
 from motionlab.loop.family import Figures, family_of
 from motionlab.loop.linearise import (
@@ -28,7 +29,7 @@ class LoopAt(BaseModel):
     k_p_limit: float | None = Field(description="Nearest k_p at which stability changes, N/m")
     k_d_limit: float | None = Field(description="Nearest k_d at which stability changes, N s/m")
     crossover: float | None = Field(description="Highest frequency at which abs(L) = 1, Hz")
-    phase_margin: float | None = Field(description="rad")
+    phase_margin: float | None = si("Distance of arg L from -180 degrees", "rad", "deg")
     gain_margin: float | None = Field(description="Factor > 1 up to the stability boundary")
     gain_reduction: float | None = Field(description="Factor < 1 down to the stability boundary")
     Ms: float = Field(description="Peak of the sensitivity")
@@ -58,7 +59,7 @@ class WorstOfAxis(BaseModel):
     gain_margin: WorstMargin | None = Field(
         description="Smallest factor, up or down, to the stability boundary"
     )
-    phase_margin: WorstMargin | None = Field(description="rad")
+    phase_margin: WorstMargin | None = si("Distance of arg L from -180 degrees", "rad", "deg")
     Ms: WorstMargin | None = Field(description="Peak of the sensitivity")
 
 
@@ -80,6 +81,11 @@ class LoopOfVariant(BaseModel):
 
 class LoopDocument(BaseModel):
     """The loops of a scenario."""
+
+    foot: ClassVar[str] = (
+        "Figures hold while sliding at four Stribeck velocities; worst: the worst at rest and from "
+        "0.5 to 4 of them, the gain margin up or down, as tune and why judge."
+    )
 
     variants: dict[str, LoopOfVariant]
 

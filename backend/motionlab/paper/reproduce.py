@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
 
@@ -29,6 +28,7 @@ from motionlab.paper.experiments import Experiments
 from motionlab.paper.judgement import holds, is_better, known_failures, lax, status
 from motionlab.paper.printed_number import PrintedNumber, RowResult
 from motionlab.paper.registry import GROUPS, SOURCE, quantities
+from motionlab.reports.units import scale_for
 from motionlab.studies.montecarlo.documents import Quantiles
 
 _PEAK = "max_abs_following_error"
@@ -71,8 +71,6 @@ def spread_of(row: PrintedNumber, experiments: Experiments) -> RowSpread | None:
     )
 
 
-_PREFIXES = {-9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M"}
-_PREFIXED = {"m": range(-9, 1), "s": range(-9, 1), "A/m": range(7), "W": range(7), "Hz": range(7)}
 _WORDS = {
     "holds": ("holds", "32"),
     "fails": ("FAILS", "31;1"),
@@ -181,18 +179,9 @@ def number(value: Number | None, unit: str) -> str:
     if value is None:
         return "-"
     ends = value if isinstance(value, tuple) else (value,)
-    exponent = _exponent(max(abs(end) for end in ends), unit)
-    digits = " to ".join(f"{end / 10**exponent:.4g}" for end in ends)
-    return f"{digits} {_PREFIXES[exponent]}{unit if unit != '1' else ''}".rstrip()
-
-
-def _exponent(size: float, unit: str) -> int:
-    size = float(f"{size:.3e}")
-    if size == 0.0 or unit not in _PREFIXED:
-        return 0
-    third = 3 * math.floor(math.log10(size) / 3)
-    allowed = [e for e in _PREFIXES if e in _PREFIXED[unit]]
-    return min(max(third, allowed[0]), allowed[-1])
+    scale = scale_for([float(f"{end:.3e}") for end in ends], unit, micro="u")
+    digits = " to ".join(f"{end / scale.size:.4g}" for end in ends)
+    return f"{digits} {scale.unit}".rstrip()
 
 
 Progress = Callable[[float, PartialReproduce | None], None]

@@ -38,9 +38,10 @@ from motionlab.reports.markup import (
     table,
 )
 from motionlab.reports.plots import BINS, VALUES_MAX
-from motionlab.reports.quantities import Scale, digits, number, quantity, scale_for
+from motionlab.reports.quantities import digits, number, quantity
 from motionlab.reports.run_page import document
 from motionlab.reports.svg_chart import Chart, Curve, spanned, svg
+from motionlab.reports.units import Scale, scale_for
 
 DRAWN = 10
 """Channels whose curves are drawn."""

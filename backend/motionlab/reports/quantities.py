@@ -5,41 +5,18 @@ from __future__ import annotations
 import functools
 import math
 import re
-from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 from motionlab.config.fields import FieldEntry, fields_of
 from motionlab.config.scenario import Scenario
 from motionlab.reports.markup import Markup, element, joined, symbol
+from motionlab.reports.units import Scale, scale_for
 
 _MINUS = "\u2212"
-_PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "\u00b5"), (1e-9, "n"))
-_PREFIXED = frozenset({"m", "s", "N", "A", "m/s", "m/s^2", "m s^2"})
-_ROUNDING = 1.0 - 1e-9
 _VARIANT = re.compile(r"(?<=^variants\.)[A-Z](?=\.)")
 _INDEX = re.compile(r"(?<=\.)\d+(?=\.|$)")
 _VALUES = 6
 """Numbers of a list that are printed."""
-
-
-class Scale(NamedTuple):
-    """How numbers of a unit are shown: as multiples of `size`, in `unit`."""
-
-    size: float
-    unit: str
-
-
-def scale_for(values: Iterable[float], unit: str) -> Scale:
-    """Return the prefix with which the largest of some values reads between 1 and 1000."""
-    if unit == "1":
-        return Scale(1.0, "")
-    if unit not in _PREFIXED:
-        return Scale(1.0, unit)
-    largest = max((abs(value) for value in values if math.isfinite(value)), default=0.0)
-    for size, prefix in _PREFIXES:
-        if largest >= size * _ROUNDING:
-            return Scale(size, prefix + unit)
-    return Scale(1e-9, "n" + unit) if largest > 0.0 else Scale(1.0, unit)
 
 
 def digits(value: float, significant: int = 3) -> str:

@@ -15,8 +15,9 @@ from motionlab.library.run import RunDetail
 from motionlab.loop.linearise import SLIDING
 from motionlab.loop.margins import MEANINGS, Margins
 from motionlab.reports.markup import Markup, element, joined, right, symbol, table
-from motionlab.reports.quantities import digits, number, scale_for
+from motionlab.reports.quantities import digits, number
 from motionlab.reports.svg_chart import spanned
+from motionlab.reports.units import scale_for
 
 _COLUMNS = 6  # of variants, on a page
 

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.reports.markup import Markup, element, joined
-from motionlab.reports.quantities import Scale, digits, scale_for
+from motionlab.reports.quantities import digits
+from motionlab.reports.units import Scale, scale_for
 
 Values = NDArray[np.floating[Any]]
 

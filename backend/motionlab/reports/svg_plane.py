@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.reports.markup import Markup
-from motionlab.reports.quantities import scale_for
 from motionlab.reports.svg_chart import (
     LEFT,
     RIGHT,
@@ -22,6 +21,7 @@ from motionlab.reports.svg_chart import (
     path_of,
     stroked,
 )
+from motionlab.reports.units import scale_for
 
 Values = NDArray[np.floating[Any]]
 

@@ -126,12 +126,13 @@ class MapStudy(Study):
 
 
 def _fit(options: argparse.Namespace) -> str:
-    from motionlab.studies.sharing.sharing import fit, fit_report
+    from motionlab.reports.document_text import document_text
+    from motionlab.studies.sharing.sharing import fit
 
     if options.assignments or options.out is not None:
         wrong = "--set" if options.assignments else "--out"
         raise ConfigError(FieldError(wrong, "does not go with --fit, which reads a stored map"))
     document = fit(options.fit)
-    return (
-        json.dumps(document.model_dump(), allow_nan=False) if options.json else fit_report(document)
-    )
+    if options.json:
+        return json.dumps(document.model_dump(), allow_nan=False)
+    return document_text(document)

@@ -35,7 +35,6 @@ class PlatformStudy(Study):
     request_model = lazy("motor_design.plate.inputs:PlatformRequest")
     document_model = lazy("motor_design.plate.document:PlatformDocument")
     read = lazy("motor_design.plate.inputs:read_platform_request")
-    report = lazy("motor_design.plate.report:report")
     bodies = (
         {"axis": "x"},
         {"axis": "y", "new": {"rib_height": 0.04}},

@@ -29,7 +29,7 @@ class SizingStudy(Study):
     request_model = lazy("motor_design.inputs:DesignRequest")
     document_model = lazy("motor_design.document:DesignDocument")
     read = lazy("motor_design.design:design")
-    report = lazy("motor_design.report:report")
+    report = lazy("studies.design_text:report")
     bodies = (
         {"requirements": {"f_max": 50.0}},
         {"preset": "previous"},

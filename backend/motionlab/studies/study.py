@@ -158,8 +158,10 @@ class Study:
         return plan
 
     def report(self, result: Any) -> str:
-        """Return the result as text; the document where there is no report."""
-        return self.text(result)
+        """Return the document of a result as text."""
+        from motionlab.reports.document_text import document_text
+
+        return document_text(self.document(result))
 
     def excess(self, plan: Any, bounds: RequestLimits) -> list[FieldError]:
         """Return the limit that a plan exceeds, if any."""

@@ -18,7 +18,7 @@ from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document
 from motionlab.simulation.run import run
 from motionlab.studies.montecarlo.cases import plan, run_cases
-from motionlab.studies.montecarlo.documents import MonteCarloDocument, read_request, report
+from motionlab.studies.montecarlo.documents import MonteCarloDocument, read_request
 from motionlab.studies.montecarlo.draw import own_value
 from tests.server.live import API, until
 
@@ -184,7 +184,7 @@ def test_what_decides_is_found_and_told() -> None:
     assert friction > 0.9 > some.significant > abs(bandwidth)
     # Student's t of 38 degrees of freedom at 1 - 0.05/8 is 2.629
     assert some.significant == pytest.approx(2.629 / math.sqrt(38 + 2.629**2), abs=1e-3)
-    assert "  A x  friction.F_c +1.00\n" in report(some)
+    assert some.derived()["max |e| of A x goes with"] == "friction.F_c +1.00"
 
 
 def test_progress_ends_a_study() -> None:

@@ -59,7 +59,7 @@ def test_the_text_names_gains_margins_and_why_each_start_ended(
 ) -> None:
     assert main(COMMAND) == 0
     text = capsys.readouterr().out
-    for word in ("present x", "paper x", "start 0 x", "evaluations", "--set variants.B.controller"):
+    for word in ("x present", "x paper", "x start 0", "evaluations", "--set variants.B.controller"):
         assert word in text
 
 

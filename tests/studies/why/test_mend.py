@@ -11,9 +11,10 @@ import pytest
 
 from motionlab.config.load import load_scenario
 from motionlab.loop.family import LoopFamily
+from motionlab.reports.document_text import document_text
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.run import run
-from motionlab.studies.why.documents import WhyDocument, report
+from motionlab.studies.why.documents import WhyDocument
 from motionlab.studies.why.study import WhyStudy
 
 LAP = {"trajectory.laps": 1}
@@ -77,7 +78,7 @@ def test_a_change_with_which_the_run_diverges_later_mends_nothing() -> None:
     assert with_load.window_peak is None
     assert with_load.reached == 0
     json.loads(with_load.model_dump_json(), parse_constant=pytest.fail)
-    assert "nan " not in report(with_load)
+    assert "nan " not in document_text(with_load)
 
 
 @pytest.mark.parametrize(("share", "size"), [(0.6, 0.537), (0.9, 0.020)])

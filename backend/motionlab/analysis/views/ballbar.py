@@ -13,6 +13,7 @@ from pydantic import BaseModel, Field
 from motionlab.analysis import ballbar as numbers
 from motionlab.analysis.views.recorded import Recorded
 from motionlab.config.planar import AXES
+from motionlab.config.quantity import si
 from motionlab.config.shapes import Circle as CircleConfig
 from motionlab.errors import ConfigError, FieldError
 
@@ -44,7 +45,7 @@ class BallbarDirection(BaseModel):
         description="Change of F where an axis reverses, at 0, 90, 180 and 270 degrees, outwards "
         "positive, m"
     )
-    harmonics: Harmonics
+    harmonics: Harmonics = Field(repr=False)
     deviation: list[float] = Field(description="F, mean of each half degree from 0, m")
 
 
@@ -57,7 +58,7 @@ class BallbarBoth(BaseModel):
     offset_x: float = _METRES
     offset_y: float = _METRES
     squareness: float = Field(description="A right angle less that between the axes, rad")
-    scale_mismatch: float = Field(description="Scale of x less that of y")
+    scale_mismatch: float = si("Scale of x less that of y", "1", "ppm")
     servo_mismatch: float = Field(description="By how much x lags more than y, s")
 
 
@@ -74,7 +75,9 @@ class Ballbar(BaseModel):
     radius: float = Field(description="Of the reference, m")
     center: list[float] = Field(description="Of the reference, x and y, m")
     feed: float = Field(description="Speed along the circle, m/s")
-    step: float = Field(description="Between the points of a lap, rad; the first is at half of it")
+    step: float = Field(
+        description="Between the points of a lap, rad; the first is at half of it", repr=False
+    )
     variants: dict[str, BallbarVariant]
     note: str = Field(description="Why a direction is missing; empty where none is")
 
@@ -209,32 +212,3 @@ def _variant(
         },
         both=both,
     )
-
-
-def report(document: Ballbar) -> list[str]:
-    """Return the figures as lines of text."""
-    lines = [
-        f"circle of {1e3 * document.radius:.4g} mm at {1e3 * document.feed:.4g} "
-        "mm/s; deviations in um",
-        "                 G    F max    F min    0 deg   90 deg  180 deg  270 deg",
-    ]
-    for name, variant in document.variants.items():
-        for way, one in variant.directions.items():
-            values = [one.G, one.F_max, one.F_min, *one.quadrants]
-            cells = "".join(f"{_um(value):>9}" for value in values)
-            lines.append(f"  {name} {way:4}{cells}{'  simulated' if one.simulated else ''}")
-        both = variant.both
-        if both is not None:
-            lines += [
-                f"  {name} both{_um(both.G):>9}  G(b); H {_um(both.H)}, mean radius "
-                f"{_um(both.radius_error)}, centre {_um(both.offset_x)}, {_um(both.offset_y)}",
-                f"         squareness {1e6 * both.squareness:.3f} urad "
-                f"({math.degrees(both.squareness) * 3600:.3f} arcsec), scale x - y "
-                f"{1e6 * both.scale_mismatch:.2f} ppm, x lags y by "
-                f"{1e6 * both.servo_mismatch:.3f} us",
-            ]
-    return [*lines, *([document.note] if document.note else [])]
-
-
-def _um(value: float | None) -> str:
-    return "-" if value is None else f"{1e6 * value:.3f}"

@@ -169,30 +169,3 @@ def _variant(
 
 
 _ERRORS = ("contour", "tracking", "along", "across")
-
-
-def report(document: Contouring) -> list[str]:
-    """Return the figures as lines of text."""
-    lines = [
-        f"path of {1e3 * document.length:.4g} mm, {document.start:g} to {document.end:g} "
-        "s; errors in um",
-        "      contour            tracking           along              across             lag",
-        "      max      RMS       max      RMS       max      RMS       max      RMS       "
-        "um       us",
-    ]
-    for name, variant in document.variants.items():
-        if variant is None:
-            lines.append(f"  {name}   has missing samples")
-            continue
-        one = variant.figures
-        pairs = "".join(
-            f"{1e6 * getattr(one, f'{each}_max'):<9.3f}{1e6 * getattr(one, f'{each}_rms'):<10.3f}"
-            for each in _ERRORS
-        )
-        lines.append(f"  {name}   {pairs}{1e6 * one.lag_distance:<9.3f}{1e6 * one.lag_time:.3f}")
-        lines += [
-            f"      peak {1e6 * peak.contour:8.3f} at {1e3 * peak.arc:9.3f} mm, x "
-            f"{1e3 * peak.x:8.3f} y {1e3 * peak.y:8.3f} mm, {peak.time:.4f} s"
-            for peak in variant.peaks
-        ]
-    return lines

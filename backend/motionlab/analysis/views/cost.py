@@ -14,6 +14,7 @@ from motionlab.analysis import cost as numbers
 from motionlab.analysis.cost import HELD, LINEAR, Within, settling
 from motionlab.analysis.views.recorded import Recorded
 from motionlab.config.planar import AXES
+from motionlab.config.quantity import si
 from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError, FieldError
 
@@ -72,7 +73,11 @@ class AxisCost(BaseModel):
     force_peak: float | None = Field(description="Largest thrust, N")
     force_rms: float | None = Field(description="Of the thrust, N")
     force_rate: float | None = Field(description="RMS rate of the force command, N/s")
-    saturated: float | None = Field(description="Share of samples with a force or current limited")
+    saturated: float | None = si(
+        "Share of samples with a force or current limited",
+        "1",
+        "%",
+    )
     missing: list[str] = Field(description="Channels that are not in the recording or have gaps")
     ratios: CostRatios | None = Field(description="null for the first variant")
 
@@ -210,50 +215,3 @@ def _ratios(own: AxisCost, first: AxisCost) -> CostRatios:
         value, of = getattr(own, name), getattr(first, name)
         ratios[name] = None if value is None or not of or abs(of) < _NOTHING else value / of
     return CostRatios(**ratios)
-
-
-_LINES: tuple[tuple[str, str, float, str], ...] = (
-    ("copper", "copper loss", 1.0, "J/ohm"),
-    ("current_peak", "peak current", 1.0, "A"),
-    ("current_rms", "RMS current, worst phase", 1.0, "A"),
-    ("thrust_work", "work of thrust", 1e3, "mJ"),
-    ("friction_work", "work against friction", 1e3, "mJ"),
-    ("force_peak", "peak thrust", 1.0, "N"),
-    ("force_rms", "RMS thrust", 1.0, "N"),
-    ("force_rate", "RMS rate of command", 1.0, "N/s"),
-    ("saturated", "saturated", 100.0, "%"),
-)
-
-
-def report(document: Cost) -> list[str]:
-    """Return the figures as lines of text."""
-    lines = [f"{document.start:g} to {document.end:g} s"]
-    names = list(document.variants)
-    for axis in AXES:
-        each = [document.variants[name][axis] for name in names]
-        others = "".join(f"{f'{name}/{names[0]}':>10}" for name in names[1:])
-        lines.append(f"  {axis:30}" + "".join(f"{name:>12}" for name in names) + others)
-        for field, label, factor, unit in _LINES:
-            cells = "".join(f"{_text(getattr(one, field), factor):>12}" for one in each)
-            ratios = "".join(
-                f"{_text(getattr(one.ratios, field), 1.0):>10}" for one in each[1:] if one.ratios
-            )
-            lines.append(f"    {label:24} {unit:5}{cells}{ratios}")
-        for phase in _PHASES:
-            there = [one.phases[phase] for one in each]
-            cells = "".join(f"{_text(one and one.rms, 1.0):>12}" for one in there)
-            lines.append(f"    {f'RMS current, phase {phase}':24} A    {cells}")
-        for field in EnergyBalance.model_fields:
-            parts = [one.balance and getattr(one.balance, field) for one in each]
-            cells = "".join(f"{_text(part, 1e3):>12}" for part in parts)
-            lines.append(f"    {f'balance: {field}':24} mJ   {cells}")
-    missing = sorted(
-        {name for one in document.variants.values() for a in one.values() for name in a.missing}
-    )
-    if missing:
-        lines.append(f"missing: {', '.join(missing)}")
-    return [*lines, *([document.note] if document.note else [])]
-
-
-def _text(value: float | None, factor: float) -> str:
-    return "-" if value is None else f"{factor * value:.5g}"

@@ -13,6 +13,7 @@ from motionlab.analysis import friction_anatomy as numbers
 from motionlab.analysis.views.recorded import Recorded
 from motionlab.config.planar import AXES
 from motionlab.config.plant import FrictionConfig
+from motionlab.config.quantity import si
 from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError, FieldError
 from motionlab.kernel.build import friction_of
@@ -49,9 +50,11 @@ class FrictionFigures(BaseModel):
 
     mismatch_rms: float = Field(description="RMS of estimated less true friction, N")
     mismatch_max: float = Field(description="Largest size of it, N")
-    compensated: float | None = Field(
-        description="1 - RMS(friction less compensation)/RMS(friction); null without friction, or "
-        "where the controller in effect is not known"
+    compensated: float | None = si(
+        "1 - RMS(friction less compensation)/RMS(friction); null without friction, or "
+        "where the controller in effect is not known",
+        "1",
+        "%",
     )
     breakaway: float | None = Field(
         description="Largest friction in the new direction within presliding after a reversal, "
@@ -90,7 +93,9 @@ class FrictionVariant(BaseModel):
         description="Friction that the controller assumes; null where it is off or not known"
     )
     stribeck: list[float] | None = Field(description="Its Stribeck curve, N")
-    figures: FrictionFigures | None
+    figures: FrictionFigures | None = Field(
+        description="null where it diverged, or was not recorded throughout"
+    )
     curves: FrictionCurves | None
 
 
@@ -310,48 +315,3 @@ def _rounded(values: Array) -> list[float]:
     if most == 0.0:
         return np.zeros(len(values)).tolist()
     return np.round(values, _DIGITS - 1 - math.floor(math.log10(most))).tolist()
-
-
-def report(document: FrictionAnatomy) -> list[str]:
-    """Return the figures as lines of text."""
-    lines = [
-        f"{document.start:g} to {document.end:g} s; forces in N, stiffness in N/mm, "
-        "true | estimated",
-        "       mismatch RMS      max  compensated     breakaway          stiffness",
-    ]
-    for axis, one in document.axes.items():
-        for name, variant in one.variants.items():
-            lines.append(f"  {name} {axis}  {_figures(variant.figures)}")
-        lines.append(
-            f"       reached {1e3 * one.reached:.4g} mm/s, {one.reversals} reversals; configured:"
-        )
-        lines.append(f"       motor    {_configured(one.motor)}")
-        for name, variant in one.variants.items():
-            lines.append(f"       model {name}  {_configured(variant.model)}")
-    return [*lines, *([document.note] if document.note else [])]
-
-
-def _figures(figures: FrictionFigures | None) -> str:
-    if figures is None:
-        return "diverged, or not recorded throughout"
-    share = "-" if figures.compensated is None else f"{100 * figures.compensated:.1f} %"
-    forces = (figures.breakaway, figures.breakaway_estimate)
-    slopes = (figures.stiffness, figures.stiffness_estimate)
-    return (
-        f"{figures.mismatch_rms:12.4f} {figures.mismatch_max:8.4f} {share:>12} "
-        f"{_pair(forces, 1.0, 3):>15} {_pair(slopes, 1e-3, 1):>18}"
-    )
-
-
-def _pair(values: tuple[float | None, float | None], factor: float, digits: int) -> str:
-    return " | ".join("-" if each is None else f"{factor * each:.{digits}f}" for each in values)
-
-
-def _configured(friction: FrictionParameters | None) -> str:
-    if friction is None:
-        return "no friction, or not known"
-    return (
-        f"F_s {friction.F_s:.4g} N, F_c {friction.F_c:.4g} N, v_s {1e3 * friction.v_s:.4g} mm/s, "
-        f"sigma_0 {1e-3 * friction.sigma_0:.4g} N/mm, sigma_1 {friction.sigma_1:.4g} N s/m, "
-        f"sigma_2 {friction.sigma_2:.4g} N s/m"
-    )

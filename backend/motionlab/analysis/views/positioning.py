@@ -111,7 +111,9 @@ class PositioningVariant(BaseModel):
     """One variant; empty where it diverged."""
 
     targets: list[PositioningTarget]
-    figures: PositioningFigures | None
+    figures: PositioningFigures | None = Field(
+        description="null where it diverged, or was not measured"
+    )
 
 
 class Positioning(BaseModel):
@@ -263,31 +265,3 @@ def _target(target: numbers.Target) -> PositioningTarget:
         reversal=target.reversal,
         repeatability=target.repeatability,
     )
-
-
-def report(document: Positioning) -> list[str]:
-    """Return figures and deviations as lines of text."""
-    position = "true position" if document.instrument == "true" else "encoder"
-    lines = [
-        f"axis {document.axis}, {position}, resolution {1e9 * document.resolution:.2g} nm; "
-        "um, k = 2",
-        "           A        E        M        R    R up  R down        B  mean B",
-    ]
-    for name, variant in document.variants.items():
-        one = variant.figures
-        if one is None:
-            lines.append(f"  {name}  diverged, or not measured")
-            continue
-        wide = "".join(f" {1e6 * value:8.3f}" for value in (one.A, one.E, one.M, one.R))
-        ways = "".join(f" {1e6 * value:7.3f}" for value in (one.R_up, one.R_down))
-        lines.append(f"  {name} {wide}{ways} {1e6 * one.B:8.3f} {1e6 * one.B_mean:7.3f}")
-    for name, variant in document.variants.items():
-        if variant.figures is None:
-            continue
-        lines.append(f"  {name}  target, mm  mean up  mean down     s up   s down      B_i")
-        for each in variant.targets:
-            values = (each.mean_up, each.mean_down, each.s_up, each.s_down, each.reversal)
-            cells = "".join(f" {1e6 * value:8.3f}" for value in values)
-            runs = f"{len(each.up)} up, {len(each.down)} down"
-            lines.append(f"     {1e3 * each.place:10.3f} {cells}  {runs}")
-    return [*lines, *([document.note] if document.note else [])]

@@ -18,11 +18,10 @@ if TYPE_CHECKING:
 class View(NamedTuple):
     """A view, computed by the module of its name beside this one.
 
-    That module has a function of the view's name, from `Recorded` to a document, and ``report``,
-    from that to lines of text. A view with options has a model of them, which its function takes
-    too, and may have ``measured_scenario``, from a scenario and options to the scenario that is
-    simulated in its place, whole. Modules are imported on use, so that ``motionlab --help`` answers
-    at once.
+    That module has a function of the view's name, from `Recorded` to a document. A view with
+    options has a model of them, which its function takes too, and may have ``measured_scenario``,
+    from a scenario and options to the scenario that is simulated in its place, whole. Modules are
+    imported on use, so that ``motionlab --help`` answers at once.
 
     Attributes
     ----------
@@ -51,11 +50,6 @@ class View(NamedTuple):
         """Return the document of a recording; `options` where the view has some."""
         of = self._own(self.name)
         return of(recorded, options) if self.options_name else of(recorded)
-
-    @property
-    def report(self) -> Callable[[Any], list[str]]:
-        """Return a document as lines of text."""
-        return self._own("report")
 
     @property
     def document(self) -> type[BaseModel]:

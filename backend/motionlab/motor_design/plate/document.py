@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
-from motionlab.config.quantity import Config
+from motionlab.config.quantity import Config, si
 from motionlab.errors import ConfigError, FieldError
 from motionlab.motor_design.fem.force_map import ForceMap
 from motionlab.motor_design.plate.gap import Gaps, Ratio, closing, ratio
@@ -40,6 +40,8 @@ class MoverPlace(Config):
 class Deflection(Config):
     """One design, bent."""
 
+    labels: ClassVar[dict[str, str]] = {"thrust_ratio": "thrust there"}
+
     shape: Shape
     mass: float = Field(description="Of plate and ribs, kg")
     largest: float = Field(description="Largest deflection, either way, m")
@@ -52,12 +54,18 @@ class Deflection(Config):
     mean_gap: float | None = Field(description="Of the four movers, m; null without a map")
     thrust_ratio: float | None = Field(
         description="Largest thrust at the mean gap over that at the full one, by the magnetic "
-        "circuit, 1; null without a map"
+        "circuit, 1; null without a map",
     )
     steps: int | None = Field(description="Of the iteration; null without a map")
     x: list[float] = Field(description="Columns of the picture, m")
     y: list[float] = Field(description="Rows, m")
     deflection: list[list[float]] = Field(description="Towards the stator, m: a row for each y")
+
+    def derived(self) -> dict[str, str]:
+        """Return the command that computes the thrust at the mean gap."""
+        if self.mean_gap is None:
+            return {}
+        return {"computed by": f"motionlab map --set g={self.mean_gap:.4g}"}
 
 
 class PaperDeformation(Config):
@@ -65,8 +73,8 @@ class PaperDeformation(Config):
 
     previous: float = Field(description="m")
     new: float = Field(description="m")
-    change: float = Field(description="new over previous less 1")
-    change_printed: float = Field(description="The same as the paper prints it")
+    change: float = si("new over previous less 1", "1", "%")
+    change_printed: float = si("The same as the paper prints it", "1", "%")
     status: Literal["not_comparable"] = "not_comparable"
     reason: str = _REASON
 
@@ -78,8 +86,8 @@ class PlatformDocument(Config):
     map: str | None = Field(description="Of the forces; null where they are given")
     load: Load = Field(description="As asked for; with a map its forces are not used")
     designs: dict[DesignName, Deflection]
-    change: float | None = Field(
-        description="Largest deflection, new over previous less 1; null without any deflection"
+    change: float | None = si(
+        "Largest deflection, new over previous less 1; null without any deflection", "1", "%"
     )
     paper: PaperDeformation
 

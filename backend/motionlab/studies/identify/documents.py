@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from motionlab.analysis.result_document import ResultDocument
 from motionlab.config.plant import OURS, PAPER
-from motionlab.config.quantity import Config, quantity
+from motionlab.config.quantity import Config, quantity, si
 from motionlab.config.scenario import VariantName
 from motionlab.config.validation_errors import checked
 from motionlab.library.motors import Motor
@@ -211,10 +211,6 @@ def read_request(request: Mapping[str, Any]) -> IdentifyRequest:
 Step = Literal["sliding", "presliding", "comparison", "record"]
 
 
-def _si(description: str, unit: str) -> Any:
-    return Field(description=description, json_schema_extra={"unit": unit})
-
-
 class _Document(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
@@ -222,12 +218,12 @@ class _Document(BaseModel):
 class Point(_Document):
     """Friction at one velocity."""
 
-    velocity: float = _si("Mean measured velocity", "m/s")
-    force: float = _si(
+    velocity: float = si("Mean measured velocity", "m/s")
+    force: float = si(
         "Mean friction: thrust by the controller's map less mass times acceleration", "N"
     )
-    deviation: float = _si("Standard deviation of the command over the window", "N")
-    pitches: int = _si("Whole pole pitches averaged over; 0 of a run", "1")
+    deviation: float = si("Standard deviation of the command over the window", "N")
+    pitches: int = si("Whole pole pitches averaged over; 0 of a run", "1")
 
 
 class Parameter(_Document):
@@ -235,12 +231,18 @@ class Parameter(_Document):
 
     value: float = Field(description="Estimate; forces in newtons of the controller's map")
     unit: str
-    standard_error: float | None = Field(description="null where the data do not determine it")
-    low: float | None = Field(description="Lower end of the 95 % interval")
-    high: float | None = Field(description="Upper end of the 95 % interval")
+    standard_error: float | None = Field(
+        repr=False, description="null where the data do not determine it"
+    )
+    low: float | None = Field(description="Lower end of the 95 % interval", repr=False)
+    high: float | None = Field(description="Upper end of the 95 % interval", repr=False)
     believed: float | None = Field(description="In the controller's model before")
     true: float | None = Field(description="Of the simulated motor; a real one tells none")
-    ratio: float | None = Field(description="Estimate over true value")
+    ratio: float | None = si("Estimate over true value", "1")
+
+    def derived(self) -> dict[str, float | None]:
+        """Return half of the 95 % interval, which says more than its ends in few digits."""
+        return {"+-": None if self.high is None else self.high - self.value}
 
 
 class Fit(_Document):
@@ -248,26 +250,31 @@ class Fit(_Document):
 
     parameters: dict[str, Parameter]
     residual_rms: float = Field(description="Of the fit, in the unit that it is fitted in")
-    residual_unit: str
+    residual_unit: str = Field(repr=False)
     warnings: list[str]
+
+    @property
+    def unit(self) -> str:
+        """Unit of its own numbers."""
+        return self.residual_unit
 
 
 class ForceRamp(_Document):
     """Response to force ramps of one rate, both signs and all places averaged."""
 
-    rate: float = _si("Rate of the ramp", "N/s")
-    force_max: float = _si("Largest force", "N")
-    time: list[float] = _si("Since the ramp began", "s")
-    force: list[float] = _si("Mean thrust, as of the points", "N")
-    displacement: list[float] = _si("Measured", "m")
-    fitted: list[float] = _si("Of the LuGre model with the identified parameters", "m")
+    rate: float = si("Rate of the ramp", "N/s")
+    force_max: float = si("Largest force", "N")
+    time: list[float] = si("Since the ramp began", "s")
+    force: list[float] = si("Mean thrust, as of the points", "N")
+    displacement: list[float] = si("Measured", "m")
+    fitted: list[float] = si("Of the LuGre model with the identified parameters", "m")
 
 
 class StribeckCurve(_Document):
     """The fitted Stribeck curve, from the fastest motion one way to the fastest the other."""
 
-    velocity: list[float] = _si("Velocity", "m/s")
-    force: list[float] = _si("Of the fit", "N")
+    velocity: list[float] = si("Velocity", "m/s")
+    force: list[float] = si("Of the fit", "N")
     low: list[float] | None = Field(
         description="Lower edge of its 95 % band; null where the data do not determine the curve",
         json_schema_extra={"unit": "N"},
@@ -282,56 +289,74 @@ class RecordEvidence(_Document):
 
     position: str = Field(description="Column of the position")
     force: str = Field(description="Column of the force, or currents")
-    duration: float = _si("Of the part that was read", "s")
-    rate: float = _si("Samples a second", "Hz")
-    bandwidth: float = _si("Of the filter at -3 dB", "Hz")
-    noise: float = _si("Standard deviation of the position's noise", "m")
-    slowest: float = _si("Least speed of the windows of sliding that were used", "m/s")
-    fastest: float = _si("Largest speed of them", "m/s")
+    duration: float = si("Of the part that was read", "s")
+    rate: float = si("Samples a second", "Hz")
+    bandwidth: float = si("Of the filter at -3 dB", "Hz")
+    noise: float = si("Standard deviation of the position's noise", "m")
+    slowest: float = si("Least speed of the windows of sliding that were used", "m/s")
+    fastest: float = si("Largest speed of them", "m/s")
     reversals: int
-    shares: dict[str, float] = Field(
-        description="Of the samples: used; not used, by reason. 0 to 1"
-    )
-    condition: float = _si(
+    shares: dict[str, float] = si("Of the samples: used; not used, by reason. 0 to 1", "1", "%")
+    condition: float = si(
         "Condition number of the regression; beyond 1000 parameters can hardly be told apart", "1"
     )
-    lag: float = _si("Time by which the motion is behind the force column", "s")
-    lag_half_width: float | None = _si("Half of its 95 % interval", "s")
+    lag: float = si("Time by which the motion is behind the force column", "s")
+    lag_half_width: float | None = si("Half of its 95 % interval", "s")
     mass_given: bool
+
+    def derived(self) -> dict[str, bool]:
+        """Return whether the lag is determined."""
+        return {"lag determined": self.lag_half_width is not None}
 
 
 class AxisIdentification(_Document):
     """Everything identified on one axis."""
 
-    points: list[Point] = Field(description="In the order of measurement, both directions")
-    residuals: list[float] = _si("Force of each point less the fitted curve's", "N")
+    points: list[Point] = Field(
+        description="In the order of measurement, both directions", repr=False
+    )
+    residuals: list[float] = si("Force of each point less the fitted curve's", "N")
     curve: StribeckCurve
     sliding: Fit = Field(description="F_c, F_s, v_s, sigma_2, and a constant offset of force")
     presliding: Fit | None = Field(description="sigma_0 and sigma_1; null when not asked for")
-    ramps: list[ForceRamp]
+    ramps: list[ForceRamp] = Field(repr=False)
     warnings: list[str] = Field(description="What is wrong with the measurements")
     record: RecordEvidence | None = Field(
         default=None, description="Of a run: what it could tell; null of an experiment"
     )
 
+    def derived(self) -> dict[str, int]:
+        """Return the number of points."""
+        return {"points": len(self.points)}
+
 
 class IdentificationDocument(_Document):
     """Identified friction of one or two axes."""
 
+    labels: ClassVar[dict[str, str]] = {
+        "variant": "gains and map of",
+        "apply_to": "into the model of",
+        "set": "into the model",
+    }
+
+    foot: ClassVar[str] = (
+        "Forces are in newtons of the controller's map; +- is half of the 95 % interval."
+    )
+
     scenario: str
     seed: int
     plant: str
-    version: str
-    model: str = Field(description="Hash of the model's sources")
+    version: str = Field(repr=False)
+    model: str = Field(description="Hash of the model's sources", repr=False)
     variant: str = Field(description="Whose gains and force map drove the motor")
     apply_to: str = Field(description="Whose model `set` is for")
     run: str | None = Field(
         default=None, description="Run that it was identified from; null of an experiment"
     )
-    simulated_time: float = _si("Time that the experiment takes on a motor, or of the run", "s")
+    simulated_time: float = si("Time that the experiment takes on a motor, or of the run", "s")
     axes: dict[str, AxisIdentification]
     set: dict[str, float] = Field(
-        description="Dotted path to value: puts what was identified into the model of `apply_to`"
+        description="Dotted path to value: puts what was identified into the model of `apply_to`",
     )
     motor: Motor | None = Field(
         default=None,
@@ -373,9 +398,9 @@ class PartialIdentification(_Document):
 class PlannedMotion(_Document):
     """A uniform motion there and back that is planned."""
 
-    speed: float = _si("Wanted speed", "m/s")
-    pitches: int = _si("Whole pole pitches averaged over, each way", "1")
-    time: float = _si("How long it takes", "s")
+    speed: float = si("Wanted speed", "m/s")
+    pitches: int = si("Whole pole pitches averaged over, each way", "1")
+    time: float = si("How long it takes", "s")
 
 
 class PlannedRecord(_Document):
@@ -383,16 +408,16 @@ class PlannedRecord(_Document):
 
     position: str = Field(description="Column of the position")
     force: str = Field(description="Column of the force, or currents")
-    rate: float = _si("Samples a second", "Hz")
-    bandwidth: float = _si("Of the filter at -3 dB; noise may lower it", "Hz")
-    duration: float = _si("Of the part that is read", "s")
+    rate: float = si("Samples a second", "Hz")
+    bandwidth: float = si("Of the filter at -3 dB; noise may lower it", "Hz")
+    duration: float = si("Of the part that is read", "s")
 
 
 class PlanDocument(_Document):
     """The plan of an identification."""
 
-    simulated_time: float = _si("About how long it takes on a motor", "s")
-    simulated_time_max: float = _si("Longest that one request may ask for", "s")
+    simulated_time: float = si("About how long it takes on a motor", "s")
+    simulated_time_max: float = si("Longest that one request may ask for", "s")
     known: dict[str, Known]
     axes: dict[str, list[PlannedMotion]]
     ramps: int = Field(description="Force ramps, all axes together")

@@ -46,7 +46,7 @@ from motionlab.studies.identify.record.plan import (
     plan_record,
     record_plan_document,
 )
-from motionlab.studies.identify.report import (
+from motionlab.studies.identify.results import (
     AxisEstimate,
     axis_document,
     is_a_model,

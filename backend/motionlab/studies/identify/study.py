@@ -51,9 +51,8 @@ class IdentifyStudy(Study):
     partial_model = lazy("studies.identify.documents:PartialIdentification")
     planner = lazy("studies.identify.experiment:plan_identification")
     run = lazy("studies.identify.experiment:run_identification")
-    report = lazy("studies.identify.report:report")
     suffixes = (".csv", ".json")
-    write = lazy("studies.identify.report:write")
+    write = lazy("studies.identify.results:write")
     bodies = (
         {"scenario": "circle", "set": {"plant": "as-measured"}, "axis": "x"},
         {"run": "r-abcdefghijkl", "axis": "x", "record": {"mass": 5.9}},

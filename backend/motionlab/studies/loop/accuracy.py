@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from motionlab.config.changes import apply_changes
 from motionlab.config.load import validate
 from motionlab.config.planar import AXES
+from motionlab.config.quantity import si
 from motionlab.config.scenario import Scenario
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.loop.steady_state_error import crossover, parabola_error, sine_error
@@ -24,21 +25,17 @@ class _Document(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
 
-def _si(description: str, unit: str) -> Any:
-    return Field(description=description, json_schema_extra={"unit": unit})
-
-
 class SineAccuracy(_Document):
     """Following error at the fundamental of a motion that repeats."""
 
-    frequency: float = _si("Of the fundamental", "Hz")
-    amplitude: float = _si("Of the reference at the fundamental", "m")
-    predicted: float = _si("Amplitude of the error, eq. (41)", "m")
-    predicted_phase: float = _si("Against the reference, eq. (42) with its quadrant", "rad")
-    ideal: float | None = _si("The same, simulated: PD alone, without friction", "m")
-    ideal_phase: float | None = _si("The same, simulated: PD alone, without friction", "rad")
-    simulated: float | None = _si("The same, simulated as the scenario is", "m")
-    simulated_phase: float | None = _si("The same, simulated as the scenario is", "rad")
+    frequency: float = si("Of the fundamental", "Hz")
+    amplitude: float = si("Of the reference at the fundamental", "m")
+    predicted: float = si("Amplitude of the error, eq. (41)", "m")
+    predicted_phase: float = si("Against the reference, eq. (42) with its quadrant", "rad")
+    ideal: float | None = si("The same, simulated: PD alone, without friction", "m")
+    ideal_phase: float | None = si("The same, simulated: PD alone, without friction", "rad")
+    simulated: float | None = si("The same, simulated as the scenario is", "m")
+    simulated_phase: float | None = si("The same, simulated as the scenario is", "rad")
 
 
 class AccuracyDocument(_Document):
@@ -46,14 +43,14 @@ class AccuracyDocument(_Document):
 
     variant: str
     axis: str
-    crossover: float = _si("Of eq. (39)", "Hz")
-    acceleration: float = _si("Largest of the reference in the window", "m/s^2")
-    parabola: float = _si("Steady-state error at that acceleration, eq. (40) with 2 R = a", "m")
+    crossover: float = si("Of eq. (39)", "Hz")
+    acceleration: float = si("Largest of the reference in the window", "m/s^2")
+    parabola: float = si("Steady-state error at that acceleration, eq. (40) with 2 R = a", "m")
     sine: SineAccuracy | None = Field(description="null for a motion that does not repeat")
-    ideal_peak: float | None = _si(
+    ideal_peak: float | None = si(
         "Largest error, simulated: PD alone, without friction; null where it diverges", "m"
     )
-    simulated_peak: float | None = _si(
+    simulated_peak: float | None = si(
         "Largest error, simulated as the scenario is; null where it diverges", "m"
     )
 

@@ -22,7 +22,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from motionlab.config.changes import apply_changes
 from motionlab.config.load import load_scenario, validate
 from motionlab.config.plant import OURS
-from motionlab.config.quantity import quantity
+from motionlab.config.quantity import quantity, si
 from motionlab.config.scenario import Scenario
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.errors import ConfigError, FieldError
@@ -217,10 +217,6 @@ class _Document(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
 
-def _si(description: str, unit: str) -> Any:
-    return Field(description=description, json_schema_extra={"unit": unit})
-
-
 class FrequencySweepRequest(AxisRequest):
     """Request of a frequency sweep."""
 
@@ -248,8 +244,8 @@ def loaded(request: Mapping[str, Any]) -> tuple[AxisRequest, Scenario]:
 class LoopCurve(_Document):
     """A frequency response."""
 
-    magnitude: list[float] = _si("Absolute value", "1")
-    phase: list[float] = _si("Argument, unwrapped from the lowest frequency on", "rad")
+    magnitude: list[float] = si("Absolute value", "1")
+    phase: list[float] = si("Argument, unwrapped from the lowest frequency on", "rad")
 
 
 class ResponseDocument(_Document):
@@ -257,8 +253,8 @@ class ResponseDocument(_Document):
 
     variant: str
     axis: str
-    velocity: float = _si("Sliding velocity", "m/s")
-    frequency: list[float] = _si("Frequencies", "Hz")
+    velocity: float = si("Sliding velocity", "m/s")
+    frequency: list[float] = si("Frequencies", "Hz")
     open: LoopCurve = Field(description="L = C P")
     closed: LoopCurve = Field(description="T = L/(1 + L)")
     sensitivity: LoopCurve = Field(description="S = 1/(1 + L)")

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from math import isinf
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from motionlab.config.quantity import OURS, Config, quantity
+from motionlab.config.quantity import OURS, Config, quantity, si
 from motionlab.config.validation_errors import checked
 
 CASES_MAX = 5000
+_PEAK = "max_abs_following_error"
+_DECIDING = 5  # parameters of an axis
 
 Kind = Literal["log-normal", "normal", "uniform", "log-uniform", "value"]
 
@@ -144,16 +146,14 @@ def read_request(request: Mapping[str, Any]) -> MonteCarloRequest:
     return checked(MonteCarloRequest, request, "montecarlo")
 
 
-def _si(description: str, unit: str) -> Any:
-    return Field(description=description, json_schema_extra={"unit": unit})
-
-
 class _Document(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
 
 class Quantiles(_Document):
     """Quantiles of a number over the cases that have it."""
+
+    labels: ClassVar[dict[str, str]] = {"q05": "5 %", "q50": "50 %", "q95": "95 %"}
 
     min: float
     q05: float = Field(description="5 % of the cases are below")
@@ -166,13 +166,13 @@ class Quantiles(_Document):
 class Band(_Document):
     """Following error over time: quantiles over cases at each time, extremes until the next."""
 
-    min: list[float] = _si("Least of all cases until the next time", "m")
-    q05: list[float] = _si("5 % of the cases are below", "m")
-    q25: list[float] = _si("25 % of the cases are below", "m")
-    q50: list[float] = _si("Median", "m")
-    q75: list[float] = _si("75 % of the cases are below", "m")
-    q95: list[float] = _si("95 % of the cases are below", "m")
-    max: list[float] = _si("Greatest of all cases until the next time", "m")
+    min: list[float] = si("Least of all cases until the next time", "m")
+    q05: list[float] = si("5 % of the cases are below", "m")
+    q25: list[float] = si("25 % of the cases are below", "m")
+    q50: list[float] = si("Median", "m")
+    q75: list[float] = si("75 % of the cases are below", "m")
+    q95: list[float] = si("95 % of the cases are below", "m")
+    max: list[float] = si("Greatest of all cases until the next time", "m")
 
 
 class Histogram(_Document):
@@ -203,8 +203,9 @@ class MonteCarloAxis(_Document):
     )
     band: Band | None = Field(description="null where every case diverged")
     peaks: list[float | None] = Field(
+        repr=False,
         description="Largest following error of each case, m; null where it diverged or could not "
-        "follow"
+        "follow",
     )
     correlations: dict[str, list[float | None]] = Field(
         default_factory=dict,
@@ -217,9 +218,21 @@ class MonteCarloAxis(_Document):
 class Probability(_Document):
     """Share of the cases that meet a spec, with its confidence interval."""
 
-    share: float
-    low: float = Field(description="Lower end of the 95 % interval, after Wilson")
-    high: float = Field(description="Upper end")
+    share: float = si(
+        "Of all cases",
+        "1",
+        "%",
+    )
+    low: float = si(
+        "Lower end of the 95 % interval, after Wilson",
+        "1",
+        "%",
+    )
+    high: float = si(
+        "Upper end",
+        "1",
+        "%",
+    )
 
 
 class MonteCarloVariant(_Document):
@@ -249,138 +262,79 @@ class WorstCase(_Document):
 class MonteCarloDocument(_Document):
     """Many plausible plants under the same controllers."""
 
+    labels: ClassVar[dict[str, str]] = {
+        "infeasible": "cannot follow the motion",
+        "worst": "worst cases, --case N for what makes one",
+    }
+
     scenario: str
     plant: str
-    version: str
-    model: str = Field(description="Hash of the model's sources")
+    version: str = Field(repr=False)
+    model: str = Field(description="Hash of the model's sources", repr=False)
     cases: int
     seed: int = Field(description="Of the draws")
-    vary: list[Variation]
+    vary: list[Variation] = Field(repr=False)
     notes: list[str]
     infeasible: int = Field(description="Cases whose plant cannot follow the motion")
-    window: dict[str, float] = _si("Of metrics and bands: start and end", "s")
-    time: list[float] = _si("Times of the bands", "s")
+    window: dict[str, float] = si("Of metrics and bands: start and end", "s")
+    time: list[float] = si("Times of the bands", "s")
     spec: Spec
     variants: dict[str, MonteCarloVariant]
     histograms: dict[str, dict[str, Histogram | None]] = Field(
+        repr=False,
         default_factory=dict,
         description="By axis and metric; null where all values are the same",
     )
     parameters: dict[str, list[DrawnParameter]] = Field(
-        default_factory=dict, description="By axis: what differs from case to case"
+        repr=False, default_factory=dict, description="By axis: what differs from case to case"
     )
     significant: float = Field(
+        repr=False,
         default=1.0,
         description="Size of rho that chance exceeds, for any of the parameters, in one of twenty "
         "studies",
     )
-    improvement: dict[str, dict[str, Quantiles | None]] = Field(
-        description="By axis and metric: 1 - B/A of each case, of the first two variants"
+    improvement: dict[str, dict[str, Quantiles | None]] = si(
+        "By axis and metric: 1 - B/A of each case, of the first two variants",
+        "1",
+        "%",
     )
     table: dict[str, list[float | None]] | None = Field(
+        repr=False,
         default=None,
         description="Values of each case, SI, where the request wants them: drawn numbers by "
         "dotted path, metrics by variant, axis and name, as in B.x.rms_following_error; null where "
         "a case has no such value",
     )
     worst: list[WorstCase] = Field(
-        description="The worst of each variant and axis, the worst first"
+        description="The worst of each variant and axis, the worst first",
     )
 
+    @property
+    def foot(self) -> str:
+        """What the correlations are."""
+        return (
+            "Goes with: rank correlation of max |e| with what was drawn, over the drawn range; "
+            f"chance exceeds {self.significant:.2f} for any of them once in twenty studies."
+        )
 
-_SHOWN = {
-    "max_abs_following_error": ("max |e|", 1e6, "um"),
-    "rms_following_error": ("rms e", 1e6, "um"),
-    "steady_state_error": ("steady |e|", 1e6, "um"),
-    "settling_time": ("settling", 1e3, "ms"),
-    "rms_force": ("rms force", 1.0, "N"),
-    "saturated_fraction": ("saturated", 100.0, "%"),
-}
-_WIDTH = 10
-_DECIDING = 5
-"""Parameters told of an axis, those that decide most."""
+    def derived(self) -> dict[str, str]:
+        """Return what correlates most with the largest following errors.
 
-
-def report(document: MonteCarloDocument) -> str:
-    """Return tables of quantiles, the improvement, the spec, what decides, and the worst cases.
-
-    Parameters
-    ----------
-    found : MonteCarloDocument
-        From `motionlab.studies.montecarlo.cases.study`.
-    """
-    lines = [
-        f"{document.scenario}, {document.cases} plants around {document.plant}, "
-        f"seed {document.seed}; metrics over {document.window['start']:g} s to "
-        f"{document.window['end']:g} s",
-        *document.notes,
-        "",
-        f"{'':24}" + "".join(head.rjust(_WIDTH) for head in ("min", "5 %", "50 %", "95 %", "max")),
-    ]
-    for name, variant in document.variants.items():
-        for axis, part in variant.axes.items():
-            for metric, (title, factor, unit) in _SHOWN.items():
-                quantiles = part.metrics[metric]
-                if quantiles is not None:
-                    lines.append(_row(f"{name} {axis}  {title}, {unit}", quantiles, factor))
-        if variant.diverged:
-            lines.append(f"{name} diverged in {variant.diverged} cases")
-    if document.infeasible:
-        lines.append(f"{document.infeasible} plants cannot follow the motion: in no row above")
-    lines.append("")
-    for axis, metrics in document.improvement.items():
-        quantiles = metrics["max_abs_following_error"]
-        if quantiles is not None:
-            lines.append(_row(f"1 - B/A {axis}  max |e|, %", quantiles, 100.0))
-    limits = [
-        f"{limit * 1e6:g} um on {axis}"
-        for axis in ("x", "y")
-        if (limit := getattr(document.spec, axis)) is not None
-    ]
-    for name, variant in document.variants.items():
-        if variant.meets is not None:
-            meets = variant.meets
-            lines.append(
-                f"{name} stays within {' and '.join(limits)} in {meets.share:.1%} of all cases "
-                f"(95 % interval {meets.low:.1%} to {meets.high:.1%})"
-            )
-    lines += _what_decides(document)
-    lines.append("worst cases, --case N for what makes one:")
-    seen: set[tuple[str, str]] = set()
-    for worst in document.worst:
-        if (worst.variant, worst.axis) not in seen:
-            value = "diverged" if worst.value is None else f"{worst.value * 1e6:.3g} um"
-            lines.append(f"  {worst.variant} {worst.axis}  case {worst.case}: {value}")
-        seen.add((worst.variant, worst.axis))
-    return "\n".join(lines)
-
-
-def _what_decides(document: MonteCarloDocument) -> list[str]:
-    """Return the parameters that correlate most with the largest following error.
-
-    Of value and deviation of a parameter only the one that correlates more.
-    """
-    lines = [
-        "rank correlation of max |e| with what was drawn, over the drawn range; chance exceeds "
-        f"{document.significant:.2f} for any of them once in twenty studies:"
-    ]
-    for name, variant in document.variants.items():
-        for axis, part in variant.axes.items():
-            rhos = part.correlations["max_abs_following_error"]
-            strongest: dict[str, tuple[float, str]] = {}
-            for parameter, rho in zip(document.parameters[axis], rhos, strict=True):
-                known = abs(strongest.get(parameter.path, (document.significant, ""))[0])
-                if rho is not None and abs(rho) > known:
-                    strongest[parameter.path] = rho, parameter.of
-            most = sorted(strongest.items(), key=lambda one: -abs(one[1][0]))
-            summary = ", ".join(
-                f"{'deviation of ' * (of == 'deviation')}{path} {rho:+.2f}"
-                for path, (rho, of) in most[:_DECIDING]
-            )
-            lines.append(f"  {name} {axis}  {summary or 'none beyond chance'}")
-    return lines
-
-
-def _row(title: str, quantiles: Quantiles, factor: float) -> str:
-    values = (quantiles.min, quantiles.q05, quantiles.q50, quantiles.q95, quantiles.max)
-    return title.ljust(24) + "".join(f"{value * factor:.3g}".rjust(_WIDTH) for value in values)
+        Of value and deviation of a parameter only the one that correlates more.
+        """
+        decisive = {}
+        for name, variant in self.variants.items():
+            for axis, part in variant.axes.items():
+                rhos = part.correlations[_PEAK]
+                strongest: dict[str, tuple[float, str]] = {}
+                for parameter, rho in zip(self.parameters[axis], rhos, strict=True):
+                    known = abs(strongest.get(parameter.path, (self.significant, ""))[0])
+                    if rho is not None and abs(rho) > known:
+                        strongest[parameter.path] = rho, parameter.of
+                most = sorted(strongest.items(), key=lambda entry: -abs(entry[1][0]))[:_DECIDING]
+                decisive[f"max |e| of {name} {axis} goes with"] = ", ".join(
+                    f"{'deviation of ' * (of == 'deviation')}{path} {rho:+.2f}"
+                    for path, (rho, of) in most
+                )
+        return {label: text or "none beyond chance" for label, text in decisive.items()}

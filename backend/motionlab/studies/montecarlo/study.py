@@ -44,7 +44,6 @@ class MonteCarloStudy(Study):
     read = lazy("studies.montecarlo.documents:read_request")
     planner = lazy("studies.montecarlo.cases:plan")
     run = lazy("studies.montecarlo.cases:run_cases")
-    report = lazy("studies.montecarlo.documents:report")
     bodies = ({"scenario": "circle", "cases": 300, "spec": {"x": 12e-6, "y": 15e-6}},)
     batches = True
     scatters = True

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,14 +11,13 @@ from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 from motionlab.config.controller import SharingConfig, SharingLaw
 from motionlab.config.force_map import AnyForceMapConfig, ForceMapConfig, MapName, TableMapConfig
 from motionlab.config.load import load_scenario
-from motionlab.config.quantity import OURS, Config, quantity
+from motionlab.config.quantity import OURS, Config, quantity, si
 from motionlab.config.shipped import names
 from motionlab.errors import ConfigError, FieldError
 from motionlab.force_sharing.ripple import OverPitch, Ripple, ripple, share_over_pitch
 from motionlab.kernel.force_maps import force_model, map_lanes
 from motionlab.lanes.bank import TABLES
 from motionlab.motor_design.kept_maps import named_map
-from motionlab.reports.tables import table
 from motionlab.studies.sharing.map_fit import fit_analytic
 
 Array = NDArray[np.float64]
@@ -97,7 +95,7 @@ class RippleOfThrust(_Document):
     mean: float = Field(description="N")
     peak_to_peak: float = Field(description="N")
     rms: float = Field(description="Of what it differs from its mean, N")
-    relative: float | None = Field(description="Peak to peak over the mean; null without a mean")
+    relative: float | None = si("Peak to peak over the mean; null without a mean", "1", "%")
 
 
 class CopperLoss(_Document):
@@ -123,6 +121,12 @@ class SharingCurves(_Document):
 
 class SharingDocument(_Document):
     """Response to a force command over one pole pitch."""
+
+    foot: ClassVar[str] = (
+        "Thrust is on the plant's map, believed on the controller's. Loss is the sum of the "
+        "squared currents, mean over the pitch; relative: to that of force-per-ampere.\n"
+        "Reachable most: the largest thrust at the best place of the pitch."
+    )
 
     law: SharingLaw
     force: float = Field(description="Commanded, N")
@@ -154,6 +158,16 @@ class FitDocument(_Document):
     worst: float = Field(description="Largest residual, N")
     worst_position: float = Field(description="Where, m from the aligned position")
     worst_current: float = Field(description="At which current, A")
+
+    @property
+    def foot(self) -> str:
+        """The map as a scenario has it."""
+        m = self.force_map
+        return (
+            f"As numbers for a controller's model: {{ tau = {m.tau:g}, F_pk = {m.F_pk:.5g}, "
+            f"N_pk = {m.N_pk:.5g}, I_pk = {m.I_pk:g}, I_knee = {m.I_knee:.5g}, h_2 = {m.h_2:.5g}, "
+            f"h_3 = {m.h_3:.5g} }}"
+        )
 
 
 def sharing(request: SharingRequest) -> SharingDocument:
@@ -278,65 +292,3 @@ def _over_pitch(
 
 def _ripple(ripple: Ripple) -> RippleOfThrust:
     return RippleOfThrust(**ripple._asdict(), relative=ripple.relative)
-
-
-def report(documents: Sequence[SharingDocument]) -> str:
-    """Return the comparison of several sharing functions for one command, a row each."""
-    first = documents[0]
-    lines = [
-        f"{first.force:g} N commanded over one pole pitch of {first.controller.tau * 1e3:g} mm, "
-        f"currents up to {first.current_limit:g} A",
-        f"Controller's map: {_name(first.controller)}; plant's map: {_name(first.plant)}",
-        "",
-    ]
-    power = all(each.loss.power is not None for each in documents)
-    rows = [
-        (
-            each.law,
-            f"{each.linear_up_to:.2f}",
-            f"{each.reachable_most:.1f}",
-            f"{each.thrust.mean:.2f}",
-            f"{each.thrust.peak_to_peak:.3f}",
-            _figure(each.thrust.relative, 100.0, 2),
-            f"{each.thrust.rms:.3f}",
-            f"{each.loss.power if power else each.loss.squared_current:.2f}",
-            _figure(each.loss.relative, 1.0, 4),
-            f"{each.max_current:.2f}",
-        )
-        for each in documents
-    ]
-    heads = ("law", "linear to", "reaches", "mean", "ripple p-p", "ripple", "rms")
-    heads += ("copper loss", "ratio", "i max")
-    units = ("", "N", "N", "N", "N", "%", "N", "W" if power else "A^2", "", "A")
-    lines += [
-        table(heads, rows, right=range(1, len(heads)), units=units),
-        "",
-        "Ripple is that of the plant's thrust. Copper loss is the sum of the squared currents,",
-        "times the resistance where there is one, mean over the pitch; its ratio is to that of",
-        "force-per-ampere. Reaches: the largest thrust at the best place of the pitch.",
-    ]
-    return "\n".join(lines)
-
-
-def fit_report(document: FitDocument) -> str:
-    """Return a fitted analytic map."""
-    m = document.force_map
-    return (
-        f"Fit of the analytic map to {document.name}: "
-        f"F_pk = {m.F_pk:.2f} N, I_knee = {m.I_knee:.3f} A, h_2 = {m.h_2:.4f}, h_3 = {m.h_3:.4f}\n"
-        f"Residual of the thrust: {document.relative_rms * 100:.1f} % rms of the largest at the "
-        f"same current; {document.rms:.2f} N rms, {document.worst:.2f} N at most, at "
-        f"x = {document.worst_position * 1e3:.2f} mm from aligned and "
-        f"{document.worst_current:g} A\n"
-        f"As numbers for a controller's model: {{ tau = {m.tau:g}, F_pk = {m.F_pk:.5g}, "
-        f"N_pk = {m.N_pk:.5g}, I_pk = {m.I_pk:g}, I_knee = {m.I_knee:.5g}, h_2 = {m.h_2:.5g}, "
-        f"h_3 = {m.h_3:.5g} }}"
-    )
-
-
-def _figure(value: float | None, factor: float, digits: int) -> str:
-    return "-" if value is None else f"{value * factor:.{digits}f}"
-
-
-def _name(used: UsedMap) -> str:
-    return f"{used.name or 'numbers'} ({used.kind})"

@@ -56,20 +56,15 @@ class SharingStudy(Study):
 
         return sharing(plan)
 
-    def report(self, result: SharingDocument) -> str:
-        """Return the law's figures as a table."""
-        from motionlab.studies.sharing.sharing import report
-
-        return report([result])
-
     def request_of(self, options: argparse.Namespace, changes: dict[str, Any]) -> dict[str, Any]:
         """Return the request that ``--set`` makes."""
         return changes
 
     def before(self, plan: SharingRequest, options: argparse.Namespace) -> str | None:
         """Return the comparison of all sharing functions, unless one or a document is requested."""
-        from motionlab.studies.sharing.sharing import LAWS, report, sharing
+        from motionlab.reports.document_text import document_text
+        from motionlab.studies.sharing.sharing import LAWS, sharing
 
         if options.json or "law" in plan.model_fields_set:
             return None
-        return report([sharing(plan.model_copy(update={"law": law})) for law in LAWS])
+        return document_text({law: sharing(plan.model_copy(update={"law": law})) for law in LAWS})

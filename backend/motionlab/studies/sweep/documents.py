@@ -190,8 +190,8 @@ class SweepDocument(_Document):
     scenario: str
     plant: str
     seed: int
-    version: str
-    model: str = Field(description="Hash of the model's sources")
+    version: str = Field(repr=False)
+    model: str = Field(description="Hash of the model's sources", repr=False)
     fields: list[SweptField]
     shape: list[int] = Field(
         description="Values along each dimension; cases are in row-major order, a list has one"

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal, Self, TypeVar
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from motionlab.config.plant import OURS
-from motionlab.config.quantity import Config, choices, quantity
+from motionlab.config.quantity import Config, choices, quantity, si
 from motionlab.config.scenario import Scenario, VariantName, WindowConfig
 from motionlab.config.validation_errors import checked
 from motionlab.errors import ConfigError, FieldError
@@ -274,10 +274,6 @@ def _refuse_inverted(request: _TuningRequest) -> None:
         raise ConfigError(*inverted)
 
 
-def _si(description: str, unit: str) -> Any:
-    return Field(description=description, json_schema_extra={"unit": unit})
-
-
 class _Document(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
@@ -285,15 +281,15 @@ class _Document(BaseModel):
 class GainMetrics(_Document):
     """Metrics of one axis on one motor over the window; null if it diverged."""
 
-    peak: float | None = _si("Largest following error", "m")
-    rms: float | None = _si("Root mean square of the following error", "m")
-    itae: float | None = _si("Integral of time times abs(e), from the window's start", "m s^2")
-    settling: float | None = _si(
+    peak: float | None = si("Largest following error", "m")
+    rms: float | None = si("Root mean square of the following error", "m")
+    itae: float | None = si("Integral of time times abs(e), from the window's start", "m s^2")
+    settling: float | None = si(
         "Longest settling time of a hold; the window's length without or beyond one", "s"
     )
-    effort: float | None = _si("Root mean square of the thrust", "N")
-    force: float | None = _si("Largest thrust", "N")
-    saturated: float | None = _si("Share of ticks with force or current at its limit", "1")
+    effort: float | None = si("Root mean square of the thrust", "N")
+    force: float | None = si("Largest thrust", "N")
+    saturated: float | None = si("Share of ticks with force or current at its limit", "1", "%")
 
 
 class GainMargins(_Document):
@@ -303,16 +299,16 @@ class GainMargins(_Document):
     """
 
     stable: bool = Field(description="At each of these velocities")
-    gain_margin: WorstMargin | None = _si("Factor up, or down, to the stability boundary", "1")
-    phase_margin: WorstMargin | None = _si("Distance of arg L from -180 degrees", "rad")
-    Ms: WorstMargin | None = _si("Peak of the sensitivity", "1")
+    gain_margin: WorstMargin | None = si("Factor up, or down, to the stability boundary", "1")
+    phase_margin: WorstMargin | None = si("Distance of arg L from -180 degrees", "rad", "deg")
+    Ms: WorstMargin | None = si("Peak of the sensitivity", "1")
 
 
 class TunedAxis(_Document):
     """One axis under a set of gains."""
 
-    k_p: float = _si("Proportional gain", "N/m")
-    k_d: float = _si("Derivative gain", "N s/m")
+    k_p: float = si("Proportional gain", "N/m")
+    k_d: float = si("Derivative gain", "N s/m")
     metrics: dict[str, GainMetrics] = Field(description="By motor; the scenario's own is first")
     margins: dict[str, GainMargins] = Field(
         description="By motor; empty where the law has no linearisation"
@@ -321,6 +317,8 @@ class TunedAxis(_Document):
 
 class VerdictDocument(_Document):
     """Evaluation of a set of gains."""
+
+    labels: ClassVar[dict[str, str]] = {"violations": "not held"}
 
     cost: float | None = Field(description="On the worst motor; null where it diverged")
     feasible: bool = Field(description="Whether it holds every constraint")
@@ -336,11 +334,18 @@ class VerdictDocument(_Document):
 class Candidate(VerdictDocument):
     """A set of gains, tried."""
 
-    origin: Literal["present", "paper", "start"] = Field(description="Where it comes from")
-    start: int | None = Field(description="Which start of the simplex led to it")
+    origin: Literal["present", "paper", "start"] = Field(
+        description="Where it comes from", repr=False
+    )
+    start: int | None = Field(description="Which start of the simplex led to it", repr=False)
     axes: dict[str, TunedAxis]
     also: dict[str, float] = Field(description="Further numbers of the controller, by path")
     set: dict[str, float] = Field(description="Dotted path to value: puts it into the scenario")
+
+    @property
+    def name(self) -> str:
+        """What it is called among others."""
+        return self.origin if self.start is None else f"{self.origin} {self.start}"
 
 
 class TuneHistory(_Document):
@@ -357,33 +362,44 @@ class TunedStart(TuneHistory):
         description="converged: the simplex shrank below half a percent of each gain"
     )
 
+    def derived(self) -> dict[str, int]:
+        """Return the number of evaluations."""
+        return {"evaluations": len(self.cost)}
+
 
 class TunedGroup(_Document):
     """Axes that are tuned together."""
 
-    axes: list[str]
+    axes: list[str] = Field(repr=False)
     present: Candidate
     paper: Candidate = Field(description="The gains that the paper prints for this motion")
     candidates: list[Candidate] = Field(description="What each start came to; the best first")
     starts: list[TunedStart]
 
+    @property
+    def name(self) -> str:
+        """What it is called among others."""
+        return " and ".join(self.axes)
+
 
 class TuneDocument(_Document):
     """Gains found by the simplex."""
+
+    labels: ClassVar[dict[str, str]] = {"set": "the best of it"}
 
     scenario: str
     seed: int
     plant: str
     plants: list[str] = Field(description="Motors that the gains are judged on")
-    version: str
-    model: str = Field(description="Hash of the model's sources")
+    version: str = Field(repr=False)
+    model: str = Field(description="Hash of the model's sources", repr=False)
     variant: str
     objective: dict[str, float] = Field(description="Weights of the cost")
-    window: list[float] = _si("Start and end of the window that is judged", "s")
+    window: list[float] = si("Start and end of the window that is judged", "s")
     evaluations: int = Field(description="Sets of gains that were tried, all starts together")
     groups: list[TunedGroup]
     set: dict[str, float] = Field(
-        description="The best candidate of each group, where it betters the present gains"
+        description="The best candidate of each group, where it betters the present gains",
     )
     warnings: list[str]
 
@@ -405,8 +421,8 @@ class AxisLandscape(_Document):
     """The cost of one axis over its gains."""
 
     stride: int = Field(description="Every which gain of each side is there; 1 at the end")
-    k_p: list[float] = _si("Along the columns", "N/m")
-    k_d: list[float] = _si("Along the rows", "N s/m")
+    k_p: list[float] = si("Along the columns", "N/m")
+    k_d: list[float] = si("Along the rows", "N s/m")
     cost: list[list[float | None]] = Field(
         description="Row by row, on the worst motor; null where it diverged"
     )
@@ -440,9 +456,9 @@ class LandscapeDocument(PartialLandscape):
     plants: list[str] = Field(
         default_factory=list, description="Motors whose worst counts; the scenario's own is first"
     )
-    version: str
-    model: str = Field(description="Hash of the model's sources")
+    version: str = Field(repr=False)
+    model: str = Field(description="Hash of the model's sources", repr=False)
     variant: str
     objective: dict[str, float] = Field(description="Weights of the cost")
-    window: list[float] = _si("Start and end of the window that is judged", "s")
+    window: list[float] = si("Start and end of the window that is judged", "s")
     warnings: list[str]

@@ -23,6 +23,7 @@ from motionlab import __version__
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.lanes import model_hash
 from motionlab.simulation.result import plant_name
+from motionlab.studies.tune.candidate import candidate
 from motionlab.studies.tune.documents import (
     Candidate,
     PartialGroup,
@@ -35,7 +36,6 @@ from motionlab.studies.tune.documents import (
 )
 from motionlab.studies.tune.evaluation import Group, of_loops, of_trial, with_published
 from motionlab.studies.tune.problem import Outcome, TuningProblem, unstable_warnings
-from motionlab.studies.tune.report import candidate
 
 Array = NDArray[np.float64]
 Evaluate = Callable[[Sequence[tuple[int, Array]]], Sequence[float]]

@@ -63,7 +63,6 @@ class TuneStudy(_TuningStudy):
     document_model = lazy("studies.tune.documents:TuneDocument")
     partial_model = lazy("studies.tune.documents:PartialTuning")
     run = lazy("studies.tune.search:tune")
-    report = lazy("studies.tune.report:report")
     bodies = ({"scenario": "circle", "axis": "x", "objective": {"rms": 1.0}},)
     command = StudyCommand(
         name="tune",

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import BaseModel, Field
 
-from motionlab.config.quantity import OURS, Config, quantity
+from motionlab.config.quantity import OURS, Config, quantity, si
 from motionlab.config.scenario import VariantName
 from motionlab.config.validation_errors import checked
-from motionlab.reports.tables import table
 from motionlab.studies.tune.documents import Constraints
 
 
@@ -91,22 +89,26 @@ def read_request(request: Mapping[str, Any]) -> WhyRequest:
 class Cause(BaseModel):
     """A cause, and what the peak is without it."""
 
-    id: str = Field(description="Which cause; docs/why.md")
+    labels: ClassVar[dict[str, str]] = {"label": "without"}
+
+    id: str = Field(description="Which cause; docs/why.md", repr=False)
     label: str = Field(description="Its name for people")
     meaning: str = Field(description="What was taken away, and how")
     error: float | None = Field(
         description="Largest error about the peak without it, m; null where the run diverged"
     )
-    share: float | None = Field(
-        description="1 - error/peak: share of the peak that goes with it; below 0 it helps"
+    share: float | None = si(
+        "1 - error/peak: share of the peak that goes with it; below 0 it helps", "1", "%"
     )
-    set: dict[str, Any] = Field(description="Dotted path to value: how it was taken away")
+    set: dict[str, Any] = Field(
+        description="Dotted path to value: how it was taken away", repr=False
+    )
 
 
 class Absent(BaseModel):
     """A cause that this scenario does not have."""
 
-    id: str
+    id: str = Field(repr=False)
     label: str
 
 
@@ -124,12 +126,14 @@ class Mend(BaseModel):
     error: float = Field(description="Largest error about the peak with it, m")
     window_error: float = Field(description="Largest error over the metrics window with it, m")
     gain_margin: float | None = Field(description="Worst gain margin with it, as a factor")
-    phase_margin: float | None = Field(description="Worst phase margin with it, rad")
+    phase_margin: float | None = si("Worst phase margin with it", "rad", "deg")
     Ms: float | None = Field(description="Worst peak of the sensitivity with it")
 
 
 class WhyDocument(BaseModel):
     """Why a following error peaks, and what would mend it."""
+
+    labels: ClassVar[dict[str, str]] = {"absent": "not there"}
 
     scenario: str
     variant: str
@@ -151,51 +155,3 @@ class WhyDocument(BaseModel):
     tried: int = Field(description="Changes that were simulated")
     reached: int = Field(description="Changes that reach the goal, whatever their margins")
     notes: list[str]
-
-
-def report(document: WhyDocument) -> str:
-    """Return causes by their share, and the change that mends the peak."""
-    head = f"{document.scenario}, {document.variant} {document.axis}"
-    lines = [
-        f"{head}: {_um(document.peak)} um at {document.time:.4g} s",
-        "",
-        table(
-            ("without", "um", "share of the peak"),
-            [
-                (
-                    cause.label,
-                    _um(cause.error),
-                    "diverged" if cause.share is None else f"{100 * cause.share:.1f} %",
-                )
-                for cause in document.causes
-            ],
-            right={1, 2},
-        ),
-    ]
-    if document.absent:
-        lines += ["", "not there: " + ", ".join(cause.label for cause in document.absent)]
-    lines += ["", f"goal {_um(document.goal)} um: {_mend(document.mend) or document.why_not}"]
-    return "\n".join(lines + [f"note: {note}" for note in document.notes])
-
-
-def _um(value: float | None) -> str:
-    return "-" if value is None else f"{value * 1e6:.3g}"
-
-
-def _mend(mend: Mend | None) -> str:
-    if mend is None:
-        return ""
-    times = "" if mend.factor is None else f" times {mend.factor:.3g}"
-    effects = [f"{_um(mend.window_error)} um over the window"]
-    if mend.gain_margin is not None:
-        effects.append(f"gain margin {20 * math.log10(mend.gain_margin):.3g} dB")
-    if mend.phase_margin is not None:
-        effects.append(f"phase margin {math.degrees(mend.phase_margin):.3g} degrees")
-    if mend.eased:
-        effects.append("no margin worse than now")
-    options = " ".join(f"--set {path}={_toml(value)}" for path, value in mend.set.items())
-    return f"{mend.label}{times}: {', '.join(effects)}\n  {options}"
-
-
-def _toml(value: object) -> str:
-    return str(value).lower() if isinstance(value, bool) else str(value)

@@ -36,7 +36,6 @@ class WhyStudy(Study):
     request_model = lazy("studies.why.documents:WhyRequest")
     document_model = lazy("studies.why.documents:WhyDocument")
     planner = lazy("studies.why.explain:plan")
-    report = lazy("studies.why.documents:report")
     bodies = (
         {"scenario": "circle-matched", "variant": "B", "axis": "x"},
         {"scenario": "circle", "variant": "A", "time": 7.5, "goal": 5e-6},

@@ -6330,6 +6330,7 @@ export interface components {
              * @description Its Stribeck curve, N
              */
             stribeck: number[] | null;
+            /** @description null where it diverged, or was not recorded throughout */
             figures: components["schemas"]["FrictionFigures"] | null;
             curves: components["schemas"]["FrictionCurves"] | null;
         };
@@ -6697,11 +6698,20 @@ export interface components {
              * @description Of the heights without their signs, m
              */
             height: number;
-            /** Delay */
+            /**
+             * Delay
+             * @description s
+             */
             delay: number | null;
-            /** Rise */
+            /**
+             * Rise
+             * @description s
+             */
             rise: number | null;
-            /** Duration */
+            /**
+             * Duration
+             * @description s
+             */
             duration: number | null;
         };
         /**
@@ -7754,7 +7764,7 @@ export interface components {
             crossover: number | null;
             /**
              * Phase Margin
-             * @description rad
+             * @description Distance of arg L from -180 degrees
              */
             phase_margin: number | null;
             /**
@@ -7927,7 +7937,7 @@ export interface components {
             crossover: number | null;
             /**
              * Phase Margin
-             * @description rad
+             * @description Distance of arg L from -180 degrees
              */
             phase_margin: number | null;
             /**
@@ -8283,7 +8293,7 @@ export interface components {
             gain_margin: number | null;
             /**
              * Phase Margin
-             * @description Worst phase margin with it, rad
+             * @description Worst phase margin with it
              */
             phase_margin: number | null;
             /**
@@ -10182,6 +10192,7 @@ export interface components {
         PositioningVariant: {
             /** Targets */
             targets: components["schemas"]["PositioningTarget"][];
+            /** @description null where it diverged, or was not measured */
             figures: components["schemas"]["PositioningFigures"] | null;
         };
         /**
@@ -10189,7 +10200,10 @@ export interface components {
          * @description Share of the cases that meet a spec, with its confidence interval.
          */
         Probability: {
-            /** Share */
+            /**
+             * Share
+             * @description Of all cases
+             */
             share: number;
             /**
              * Low
@@ -14566,7 +14580,7 @@ export interface components {
             velocity: number;
             /** @description Smallest factor, up or down, to the stability boundary */
             gain_margin: components["schemas"]["WorstMargin"] | null;
-            /** @description rad */
+            /** @description Distance of arg L from -180 degrees */
             phase_margin: components["schemas"]["WorstMargin"] | null;
             /** @description Peak of the sensitivity */
             Ms: components["schemas"]["WorstMargin"] | null;

@@ -36,7 +36,7 @@ from motionlab.studies.identify.record.fit import SLIDING, RecordFit, fit_record
 from motionlab.studies.identify.record.force import force_of
 from motionlab.studies.identify.record.motion import Motion, Motions, motions_of
 from motionlab.studies.identify.record.plan import CURRENTS, AxisColumns, RecordExperiment
-from motionlab.studies.identify.report import (
+from motionlab.studies.identify.results import (
     UNITS,
     curve_document,
     fit_document,

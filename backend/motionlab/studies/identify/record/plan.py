@@ -13,7 +13,7 @@ from motionlab.errors import Busy, ConfigError, FieldError, Unknown
 from motionlab.exchange.measurements.column_guess import si_of
 from motionlab.library.run import RunDetail
 from motionlab.studies.identify.documents import IdentifyRequest, PlanDocument, PlannedRecord
-from motionlab.studies.identify.report import known_document
+from motionlab.studies.identify.results import known_document
 from motionlab.studies.identify.rig import Rig
 
 Source = str | Path | dict[str, Any]

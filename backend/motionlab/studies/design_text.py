@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import textwrap
 from collections.abc import Iterable
 
@@ -10,11 +9,8 @@ from pydantic import BaseModel
 
 from motionlab.motor_design.document import DesignDocument, Reading
 from motionlab.motor_design.inputs import Choices
+from motionlab.reports.units import scale_for
 
-_PREFIXES = {-9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M"}
-_PREFIXED = {"m", "s", "A/m", "Wb", "H", "V", "W", "N", "T", "A"}
-_PREFIXES_OF = {"m": range(-9, 1), "s": range(-9, 1)}
-_ANY_PREFIX = range(-9, 7)
 _VALUE = 12
 _WIDTH = 120
 
@@ -101,13 +97,9 @@ def _si(value: float | None, unit: str) -> str:
         return f"{value:.4g}"
     if unit == "m^2":
         return f"{_digits(value * 1e6)} mm^2"
-    exponent = 0
     value = float(f"{value:.2e}")  # so that 999.96 um is 1.00 mm
-    if unit in _PREFIXED and value:
-        allowed = [e for e in _PREFIXES if e in _PREFIXES_OF.get(unit, _ANY_PREFIX)]
-        third = 3 * math.floor(math.log10(abs(value)) / 3)
-        exponent = min(max(third, allowed[0]), allowed[-1])
-    return f"{_digits(value / 10**exponent)} {_PREFIXES[exponent]}{unit}"
+    scale = scale_for([value], unit, micro="u")
+    return f"{_digits(value / scale.size)} {scale.unit}"
 
 
 def _digits(value: float) -> str:
