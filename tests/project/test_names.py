@@ -16,7 +16,6 @@ SERVED = {"found": "studies/identify/documents.py"}
 """Names of REST documents, and the files that declare them: they stay."""
 
 LEFT = {
-    "cli",
     "control",
     "drive",
     "force_sharing",

@@ -23,8 +23,8 @@ from motionlab.reports.tables import table
 from motionlab.reports.units import Scale, scale_for
 
 _UNIT = re.compile(
-    r"(?:^|, )((?:[msNAJWTVK]|Hz|dB|kg|rad|unit)(?:\^2)?(?: [sm])?"
-    r"(?:/(?:[msAN]|Hz|sqrt\(Hz\))(?:\^2)?)?)(?=$|[;:,])"
+    r"(?:^|, )((?:[msNAJWTVK]|Hz|dB|kg|rad|unit)(?:\^\d)?(?: [sm])?"
+    r"(?:/(?:[msAN]|Hz|sqrt\(Hz\))(?:\^\d)?)?)(?=$|[;:,])"
 )
 _UNDERSCORE = re.compile(r"(?<!\b[A-Za-z])(?<!\bsigma)_")  # none of symbols, such as F_c
 _NULL = re.compile(r"null (where [^;]*)")
