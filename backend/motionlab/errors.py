@@ -265,8 +265,9 @@ class ExperimentFailed(MotionLabError):
 
 
 _MODULES = {
-    "lab": "alembic anyio fastapi httptools lz4 mcap prometheus_client pyarrow pydantic_settings "
-    "shtab skfem sqlalchemy starlette svgelements uvicorn uvloop viser websockets zstandard",
+    "lab": "alembic anyio fastapi httptools jinja2 lz4 mcap prometheus_client pyarrow "
+    "pydantic_settings shtab skfem sqlalchemy starlette svgelements uvicorn uvloop viser "
+    "websockets zstandard",
     "notebook": "IPython matplotlib pandas",
     "control": "control",
     "gym": "gymnasium",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,32 +14,11 @@ from motionlab.analysis.comparison_options import Comparing, Tolerance
 from motionlab.analysis.run_comparison import compare
 from motionlab.library.run import RunDetail
 from motionlab.reports import results
-from motionlab.reports.history import (
-    KINDS,
-    about,
-    again,
-    between,
-    events,
-    happened_table,
-    instant,
-    length,
-    partial,
-    record,
-    scenario_of,
-)
-from motionlab.reports.markup import (
-    Markup,
-    element,
-    joined,
-    pairs,
-    right,
-    section,
-    symbol,
-    table,
-)
+from motionlab.reports.history import differences, events, scenario_of
+from motionlab.reports.markup import Markup
+from motionlab.reports.page import page
 from motionlab.reports.plots import BINS, VALUES_MAX
-from motionlab.reports.quantities import digits, number, quantity
-from motionlab.reports.run_page import document
+from motionlab.reports.quantities import digits, quantity
 from motionlab.reports.svg_chart import Chart, Curve, spanned, svg
 from motionlab.reports.units import Scale, scale_for
 
@@ -73,63 +52,34 @@ def comparison_page(first: Side, second: Side, how: Comparing) -> bytes:
         If a run cannot be read.
     """
     comparison = compare(first.columns, second.columns, how)
-    sides = (first, second)
-    runs = [side.run for side in sides]
-    title = f"{runs[1].name} compared with {runs[0].name}"
-    return document(
-        title,
-        _heading(title, runs, comparison),
-        section("The runs", _beside(_about(run, i) for i, run in enumerate(runs, start=1))),
-        section("Differences between their scenarios", between(*runs)),
-        section("Alignment and tolerance", _alignment(comparison, how)),
-        section("Verdicts", _verdicts(comparison.channels)),
-        section("Plots", _plots(align(first.columns, second.columns, how), comparison)),
-        section("Metrics", *_metrics(runs)),
-        section("Stability margins", *_of_each(runs, _margins)),
-        section("How to simulate them again", *_of_each(runs, _again)),
-        section(
-            "Record",
-            _beside(
-                joined([element("h3", f"Run {i}"), record(side.run, side.digest)])
-                for i, side in enumerate(sides, start=1)
-            ),
-        ),
-    )
-
-
-def _beside(parts: Iterable[Markup]) -> Markup:
-    """Return what is said of each run, side by side where there is room."""
-    return element("div", *(element("div", part) for part in parts), class_="beside")
-
-
-def _heading(title: str, runs: Sequence[RunDetail], comparison: Comparison) -> Markup:
-    lines = [
-        element(
-            "p",
-            f"Run {i}, {role}: {run.name}, {run.id}, {KINDS[run.kind]}, {instant(run.created)}, "
-            f"{length(run.duration)}",
-            class_="quiet",
-        )
-        for i, role, run in zip((1, 2), ("baseline", "candidate"), runs, strict=True)
+    runs = [first.run, second.run]
+    columns = [
+        column for i, run in enumerate(runs, start=1) for column in results.columns_of(run, f"{i} ")
     ]
-    verdict = element("p", f"{comparison.headline}.", class_=f"verdict {_good(comparison.holds)}")
-    return joined([element("h1", title), *lines, verdict])
-
-
-def _about(run: RunDetail, number: int) -> Markup:
-    happened = events(run)
-    return joined(
-        [
-            element("h3", f"Run {number}: {run.name}"),
-            partial(run),
-            about(run),
-            happened_table(run, happened) if happened else None,
-        ]
+    ranked_channels = ranked(comparison.channels)
+    return page(
+        "comparison.html.j2",
+        f"{second.run.name} compared with {first.run.name}",
+        sides=[
+            {
+                "run": side.run,
+                "digest": side.digest,
+                "scenario": scenario_of(side.run),
+                "events": events(side.run),
+            }
+            for side in (first, second)
+        ],
+        comparison=comparison,
+        differences=differences(*runs),
+        alignment=_alignment(comparison, how),
+        verdicts=[_verdict(channel) for channel in ranked_channels],
+        plots=_plots(align(first.columns, second.columns, how), ranked_channels),
+        metrics=results.metrics(columns),
     )
 
 
-def _alignment(comparison: Comparison, how: Comparing) -> Markup:
-    rows: list[tuple[object, object]] = [("aligned by", _ALIGNED[comparison.align])]
+def _alignment(comparison: Comparison, how: Comparing) -> list[tuple[str, str]]:
+    rows = [("aligned by", _ALIGNED[comparison.align])]
     if comparison.align == "time" and comparison.offset:
         rows.append(("run 2 moved by", quantity(comparison.offset, "s")))
     if how.start is not None or how.end is not None:
@@ -160,11 +110,7 @@ def _alignment(comparison: Comparison, how: Comparing) -> Markup:
     ]
     if how.only:
         rows.append(("compared", ", ".join(how.only)))
-    meaning = (
-        "An instant is within tolerance if the difference is at most the larger of the absolute "
-        "tolerance and the relative one times run 1. What could not be compared does not hold."
-    )
-    return joined([pairs(rows), element("p", meaning, class_="quiet")])
+    return rows
 
 
 def _limits(rule: object) -> dict[str, float]:
@@ -183,43 +129,16 @@ def _tolerance(tolerance: Tolerance) -> str:
     return ", ".join(parts)
 
 
-def _verdicts(channels: Sequence[ChannelComparison]) -> Markup:
-    head = [
-        "channel",
-        "verdict",
-        right("largest 2 \u2212 1"),
-        right("at"),
-        right("RMS"),
-        "",
-        right("beyond"),
-    ]
-    return table(head, [_verdict(channel) for channel in ranked(channels)], class_="verdicts")
-
-
-def _verdict(channel: ChannelComparison) -> list[object]:
+def _verdict(channel: ChannelComparison) -> tuple[ChannelComparison, Scale, str]:
+    """Return a channel, the scale of its differences, and where the largest is."""
     unit = channel.unit or channel.candidate_unit or ""
     if channel.verdict == "units-differ":
         unit = f"{channel.unit or '?'} and {channel.candidate_unit or '?'}"
     errors = [value for value in (channel.largest, channel.rms) if value is not None]
-    scale = scale_for(errors, unit)
-    verdict = channel.verdict.replace("-", " ")
     at = f"{digits(channel.at.time, 5)} s" if channel.at is not None and channel.largest else ""
     if channel.at is not None and channel.at.arc is not None and at:
         at += f", lap {channel.at.lap}, {quantity(channel.at.arc, 'm')}"
-    beyond = "" if channel.beyond is None else f"{digits(100 * channel.beyond)} %"
-    return [
-        channel.name,
-        element("span", verdict, class_=_good(channel.verdict == "within")),
-        _difference(channel.largest, scale),
-        element("td", at, class_="number"),
-        _difference(channel.rms, scale),
-        symbol(scale.unit),
-        element("td", beyond, class_="number"),
-    ]
-
-
-def _difference(value: float | None, scale: Scale) -> Markup:
-    return element("td", "") if value is None else number(value, scale)
+    return channel, scale_for(errors, unit), at
 
 
 def ranked(channels: Sequence[ChannelComparison]) -> list[ChannelComparison]:
@@ -238,21 +157,17 @@ def ranked(channels: Sequence[ChannelComparison]) -> list[ChannelComparison]:
     )
 
 
-def _plots(aligned: Aligned, comparison: Comparison) -> Markup:
+def _plots(aligned: Aligned, channels: Sequence[ChannelComparison]) -> list[tuple[Markup, Markup]]:
     instants = aligned.alignment.instants
-    drawn = [each for each in ranked(comparison.channels) if each.largest is not None][:DRAWN]
-    if not instants or not drawn:
-        return element("p", "None: no channel has values of both runs at the same instants.")
-    bins = min(BINS // 2, VALUES_MAX // (8 * len(drawn)))
-    parts = []
-    for channel in drawn:
-        shown = curves(aligned, channel.name, 0, instants, bins)
-        parts.append(_pair(channel, shown, aligned))
-    more = f"Drawn are the {len(drawn)} channels at the top of the table above."
-    return joined([element("p", more, class_="quiet"), *parts])
+    drawn = [each for each in channels if each.largest is not None][:DRAWN] if instants else []
+    bins = min(BINS // 2, VALUES_MAX // (8 * max(1, len(drawn))))
+    return [
+        _pair(channel, curves(aligned, channel.name, 0, instants, bins), aligned)
+        for channel in drawn
+    ]
 
 
-def _pair(channel: ChannelComparison, shown: Curves, aligned: Aligned) -> Markup:
+def _pair(channel: ChannelComparison, shown: Curves, aligned: Aligned) -> tuple[Markup, Markup]:
     """Return both runs over each other, and beside them their difference with the tolerance."""
     name, unit = _AXES[aligned.how.align]
     x = shown.start + shown.axis.astype(np.float64)
@@ -282,36 +197,4 @@ def _pair(channel: ChannelComparison, shown: Curves, aligned: Aligned) -> Markup
         band=rows["tolerance"][1],
         **common,
     )
-    return element("figure", svg(both), svg(difference), class_="pair")
-
-
-def _metrics(runs: Sequence[RunDetail]) -> list[Markup]:
-    columns = [
-        column
-        for i, run in enumerate(runs, start=1)
-        for column in results.columns_of(run, f"{i} " if len(runs) > 1 else "")
-    ]
-    windows = [
-        joined([element("h3", f"Run {i}"), results.window_of(run), results.diverged(run)])
-        for i, run in enumerate(runs, start=1)
-    ]
-    return [*windows, results.metrics(columns)]
-
-
-def _of_each(runs: Sequence[RunDetail], what: Callable[[RunDetail], Markup]) -> list[Markup]:
-    return [
-        joined([element("h3", f"Run {i}: {run.name}"), what(run)])
-        for i, run in enumerate(runs, start=1)
-    ]
-
-
-def _margins(run: RunDetail) -> Markup:
-    return results.margins(scenario_of(run), run)
-
-
-def _again(run: RunDetail) -> Markup:
-    return again(run, scenario_of(run))
-
-
-def _good(holds: bool) -> str:
-    return "good" if holds else "bad"
+    return svg(both), svg(difference)

@@ -6,7 +6,7 @@ import html
 import re
 from collections.abc import Iterable
 
-_FORBIDDEN = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+FORBIDDEN = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """Characters that XML does not know."""
 _VOID = frozenset({"meta", "br", "path", "line", "rect", "circle"})
 _SUBSCRIPT = re.compile(r"_(\w+)")
@@ -18,12 +18,16 @@ class Markup(str):
 
     __slots__ = ()
 
+    def __html__(self) -> str:
+        """Return it as templates take it: as it is."""
+        return self
+
 
 def escaped(text: object) -> Markup:
     """Return text as HTML, also inside of an attribute; what XML does not know is replaced."""
     if isinstance(text, Markup):
         return text
-    return Markup(html.escape(_FORBIDDEN.sub("\ufffd", str(text))))
+    return Markup(html.escape(FORBIDDEN.sub("\ufffd", str(text))))
 
 
 def element(name: str, /, *children: object, **attributes: object) -> Markup:
@@ -58,41 +62,3 @@ def symbol(text: str) -> Markup:
     """Return a name with its subscripts and powers: ``k_p x``, ``m/s^2``."""
     lowered = _SUBSCRIPT.sub(r"<sub>\1</sub>", escaped(text))
     return Markup(_POWER.sub(r"<sup>\1</sup>", lowered))
-
-
-def table(head: Iterable[object], rows: Iterable[Iterable[object]], **attributes: object) -> Markup:
-    """Return a table whose rows begin with their name; cells may be elements of it already."""
-    names = [_head(cell) for cell in head]
-    body = [
-        element("tr", *(_cell(cell, first=i == 0) for i, cell in enumerate(row))) for row in rows
-    ]
-    top = element("thead", element("tr", *names))
-    return element("table", top, element("tbody", *body), **attributes)
-
-
-def pairs(rows: Iterable[tuple[object, object]]) -> Markup:
-    """Return names with what belongs to each."""
-    every = (joined([element("dt", name), element("dd", value)]) for name, value in rows)
-    return element("dl", *every)
-
-
-def section(title: object, *children: object) -> Markup:
-    """Return a part of the page with its heading."""
-    return element("section", element("h2", title), *children)
-
-
-def right(text: object) -> Markup:
-    """Return the head of a column of numbers."""
-    return element("th", text, class_="number", scope="col")
-
-
-def _head(cell: object) -> Markup:
-    if isinstance(cell, Markup) and cell.startswith("<th"):
-        return cell
-    return element("th", cell, scope="col")
-
-
-def _cell(cell: object, *, first: bool) -> Markup:
-    if isinstance(cell, Markup) and cell.startswith("<td"):
-        return cell
-    return element("th", cell, scope="row") if first else element("td", cell)

@@ -44,7 +44,21 @@ LOOKS = {
     "phase-b": "#c98600",
     "phase-c": "#3d93c9",
 }
-"""Colour of each look on white; on dark ones the style sheet lightens them."""
+"""Colour of each look on white."""
+DARK_LOOKS = {
+    "reference": "#97a3ad",
+    "a": "#ff8a4c",
+    "b": "#5cb3ec",
+    "c": "#3fc49b",
+    "d": "#e0b040",
+    "e": "#8ecbf0",
+    "one": "#a8b3bd",
+    "two": "#c3a3f0",
+    "phase-a": "#3fc49b",
+    "phase-b": "#f0b84a",
+    "phase-c": "#8ecbf0",
+}
+"""The same on a dark ground."""
 VARIANT_LOOKS = ("a", "b", "c", "d", "e")
 
 _CIRCLE, _SQUARE = "m-3 0a3 3 0 1 0 6 0a3 3 0 1 0 -6 0", "m-3 -3h6v6h-6z"
