@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +36,8 @@ class Harmonics(BaseModel):
 
 class BallbarDirection(BaseModel):
     """One lap in one direction."""
+
+    labels: ClassVar[dict[str, str]] = {"quadrants": "at 0, 90, 180, 270 deg"}
 
     simulated: bool = Field(description="Not in the recording, so simulated for this answer")
     F_max: float = Field(description="Largest radial deviation about the reference's centre, m")
