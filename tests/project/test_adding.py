@@ -39,7 +39,7 @@ def test_a_view_is_one_module_and_one_line() -> None:
         "main(['openapi'])\n"
     )
     text, document, openapi = out.split("\n", 2)
-    assert text.startswith("largest jerk: ")
+    assert text.startswith("jerk max  ")
     assert json.loads(document)["jerk_max"] > 0
     assert "/api/v1/views/smoothness" in json.loads(openapi)["paths"]
 

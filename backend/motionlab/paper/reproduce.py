@@ -28,7 +28,7 @@ from motionlab.paper.experiments import Experiments
 from motionlab.paper.judgement import holds, is_better, known_failures, lax, status
 from motionlab.paper.printed_number import PrintedNumber, RowResult
 from motionlab.paper.registry import GROUPS, SOURCE, quantities
-from motionlab.reports.units import scale_for
+from motionlab.reports.units import Scale, scale_for
 from motionlab.studies.montecarlo.documents import Quantiles
 
 _PEAK = "max_abs_following_error"
@@ -71,6 +71,7 @@ def spread_of(row: PrintedNumber, experiments: Experiments) -> RowSpread | None:
     )
 
 
+_PREFIXED = frozenset({"m", "s", "A/m", "W", "Hz"})
 _WORDS = {
     "holds": ("holds", "32"),
     "fails": ("FAILS", "31;1"),
@@ -179,7 +180,9 @@ def number(value: Number | None, unit: str) -> str:
     if value is None:
         return "-"
     ends = value if isinstance(value, tuple) else (value,)
-    scale = scale_for([float(f"{end:.3e}") for end in ends], unit, micro="u")
+    scale = Scale(1.0, "" if unit == "1" else unit)
+    if unit in _PREFIXED:
+        scale = scale_for([float(f"{end:.3e}") for end in ends], unit, micro="u")
     digits = " to ".join(f"{end / scale.size:.4g}" for end in ends)
     return f"{digits} {scale.unit}".rstrip()
 

@@ -7,9 +7,9 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 _PREFIXES = ((1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "u"), (1e-9, "n"))
-_SMALL = frozenset({"m", "s", "N", "A", "m/s", "m/s^2", "m s^2", "rad"})
+_SMALL = frozenset({"m", "s", "A", "m/s", "m/s^2", "m s^2", "rad"})
 """Units with prefixes for small numbers alone, as in 1200 mm and 0.3 ms."""
-_BOTH = frozenset({"Wb", "H", "V", "W", "T", "J", "Pa"})
+_BOTH = frozenset({"N", "Wb", "H", "V", "W", "T", "J", "Pa"})
 _LARGE = frozenset({"A/m", "Hz", "N/m"})
 _ROUNDING = 1.0 - 1e-9
 

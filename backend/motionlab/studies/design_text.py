@@ -9,7 +9,7 @@ from pydantic import BaseModel
 
 from motionlab.motor_design.document import DesignDocument, Reading
 from motionlab.motor_design.inputs import Choices
-from motionlab.reports.units import scale_for
+from motionlab.reports.units import Scale, scale_for
 
 _VALUE = 12
 _WIDTH = 120
@@ -98,7 +98,7 @@ def _si(value: float | None, unit: str) -> str:
     if unit == "m^2":
         return f"{_digits(value * 1e6)} mm^2"
     value = float(f"{value:.2e}")  # so that 999.96 um is 1.00 mm
-    scale = scale_for([value], unit, micro="u")
+    scale = scale_for([value], unit, micro="u") if unit != "m/s" else Scale(1.0, unit)
     return f"{_digits(value / scale.size)} {scale.unit}"
 
 
