@@ -107,7 +107,7 @@ class _Walk:
                 texts = [value] if isinstance(value, str) else value
                 self.notes += [f"{head}: {text}" for text in texts or () if text]
             elif key == "set":
-                settings = {} if path else value
+                settings = value if isinstance(value, Mapping) and not path else {}
                 self.options += [f"{label}:"] * bool(settings)
                 self.options += [f"  --set {at}={_option(to)}" for at, to in settings.items()]
             elif isinstance(value, ResultDocument):
