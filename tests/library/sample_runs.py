@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
+import sqlalchemy as sa
+
+from motionlab.library import index, migrations
 from motionlab.library.run import Difference, RunDetail, new_id
 
 
@@ -39,3 +43,34 @@ def sample(**changed: Any) -> RunDetail:
         "columns": [],
     }
     return RunDetail(**fields | changed)
+
+
+def made_by(url: str, version: str, *runs: RunDetail) -> None:
+    """Make an index as an earlier version of its tables had it, with runs."""
+    from alembic import command
+    from alembic.config import Config
+
+    config = Config()
+    config.set_main_option("script_location", str(Path(migrations.__file__).parent))
+    engine = sa.create_engine(url)
+    with engine.begin() as connection:
+        config.attributes["connection"] = connection
+        command.upgrade(config, version)
+        tables = sa.MetaData()
+        tables.reflect(connection)
+        for run in runs:
+            fields = run.model_dump(mode="json") | {"run": run.id, "words": run.name}
+            fields["entry"] = {name: fields[name] for name in index._ENTRY}
+            fields["record"] = {name: fields[name] for name in index._RECORD}
+            rows = {"runs": [fields], "run_words": [fields], "run_documents": [fields]}
+            rows["run_tags"] = [{"run": run.id, "tag": tag} for tag in run.tags]
+            rows["run_metrics"] = [
+                {"run": run.id, "metric": name, "value": value}
+                for name, value in run.metrics.items()
+            ]
+            for name, some in rows.items():
+                for row in some if name in tables.tables else []:
+                    table = tables.tables[name]
+                    values = {key: value for key, value in row.items() if key in table.columns}
+                    connection.execute(sa.insert(table).values(values))
+    engine.dispose()

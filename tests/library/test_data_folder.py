@@ -16,10 +16,11 @@ import sqlalchemy as sa
 
 from motionlab.cli import main
 from motionlab.errors import StoreError
-from motionlab.library.index import VERSION, Index, index_url
+from motionlab.library.database import VERSION, index_url
+from motionlab.library.index import Index
 from motionlab.library.library import Library
 from motionlab.server.http.download import temporary_folder
-from tests.library.sample_runs import sample
+from tests.library.sample_runs import made_by, sample
 from tests.library.served import API, PATIENCE, Served
 
 MEASURED = "time [s],x_act [mm]\n" + "".join(f"{i / 2000},{i}\n" for i in range(8))
@@ -151,23 +152,6 @@ def test_an_address_that_can_never_work_is_refused_at_start(
     assert "secret" not in refusal
 
 
-def downgraded(root: Path, version: str) -> None:
-    """Take an index back to an earlier version, as its program left it."""
-    from alembic import command
-    from alembic.config import Config
-
-    import motionlab.library.index
-
-    config = Config()
-    folder = Path(motionlab.library.index.__file__).parent / "migrations"
-    config.set_main_option("script_location", str(folder))
-    engine = sa.create_engine(index_url(root))
-    with engine.begin() as connection:
-        config.attributes["connection"] = connection
-        command.downgrade(config, version)
-    engine.dispose()
-
-
 def test_an_index_that_is_removed_or_replaced_takes_no_run(tmp_path: Path) -> None:
     folder, away = tmp_path / "data", tmp_path / "away"
     folder.mkdir()
@@ -189,11 +173,10 @@ def test_an_index_that_is_removed_or_replaced_takes_no_run(tmp_path: Path) -> No
 
 
 def test_the_index_is_copied_before_it_is_migrated(tmp_path: Path) -> None:
-    index = Index(index_url(tmp_path))
-    index.put(run := sample())
-    index.close()
+    Index(url := index_url(tmp_path)).close()
     assert list(tmp_path.glob("*.backup")) == []
-    downgraded(tmp_path, "0004")
+    (tmp_path / "runs.sqlite").unlink()
+    made_by(url, "0004", run := sample())
     for number in ("0001", "0002", "0003"):  # of earlier upgrades
         (tmp_path / f"runs.sqlite.{number}.backup").write_text("")
     index = Index(index_url(tmp_path))

@@ -17,10 +17,11 @@ from sqlalchemy import event
 
 from motionlab.errors import ConfigError, StoreError
 from motionlab.library import index as index_module
-from motionlab.library.index import VERSION, Index, index_url
-from motionlab.library.run import RunDetail
+from motionlab.library.database import VERSION, index_url
+from motionlab.library.index import Index
+from motionlab.library.run import Run, RunDetail
 from motionlab.library.search import LIMIT_MAX, SORTS, parse, quoted
-from tests.library.sample_runs import sample
+from tests.library.sample_runs import made_by, sample
 
 MAX = "max_abs_following_error"
 
@@ -31,10 +32,15 @@ def found(index: Index, text: str = "", sort: str = "-created") -> list[str]:
 
 
 def pages(index: Index, text: str, sort: str) -> Iterator[list[str]]:
+    for page in pages_of_runs(index, text, sort):
+        yield [run.name for run in page]
+
+
+def pages_of_runs(index: Index, text: str, sort: str) -> Iterator[list[Run]]:
     cursor = None
     while True:
         page = index.page(parse(text), sort=sort, limit=3, cursor=cursor)
-        yield [run.name for run in page.runs]
+        yield page.runs
         cursor = page.cursor
         if cursor is None:
             return
@@ -174,7 +180,7 @@ def test_pages_lose_and_repeat_nothing(index: Index) -> None:
             seen += [run.id for run in page.runs]
             if (cursor := page.cursor) is None:
                 break
-        ordered = [run.id for run in sorted(runs, key=lambda run: (key(run, sort, sign), run.id))]
+        ordered = [run.id for run in sorted(runs, key=lambda run: key(run, sort, sign))]
         assert seen == (ordered[::-1] if sign else ordered), sign + sort
 
 
@@ -194,16 +200,16 @@ def test_cursors_that_are_none_are_refused(index: Index) -> None:
         index.put(sample(created=float(i)))
     good = index.page(parse(""), limit=1).cursor
     assert good is not None
-    run_id = sample().id
 
     def made(*parts: object) -> str:
         return base64.urlsafe_b64encode(json.dumps(parts).encode()).decode()
 
-    wrong = ["", "x", "é", good[:-4], made("created", 1.0), made("created", "a", run_id)]
-    wrong += [made("created", float("nan"), run_id), made("created", 10**400, run_id)]
-    wrong += [made("created", None, run_id), made("created", 1.0, "r-'; DROP TABLE runs")]
-    wrong += [made("name", "\ud800", run_id), made("name", 1, run_id)]
-    wrong += [made("name", "a\0", run_id), made("size", 1.0, run_id)]
+    wrong = ["", "x", "é", good[:-4], made("created", 1.0), made("created", "a", 1)]
+    wrong += [made("created", float("nan"), 1), made("created", 10**400, 1)]
+    wrong += [made("created", None, 1), made("created", 1.0, "r-'; DROP TABLE runs")]
+    wrong += [made("created", 1.0, number) for number in (-1, 2**31, True, 1.0, None)]
+    wrong += [made("name", "\ud800", 1), made("name", 1, 1)]
+    wrong += [made("name", "a\0", 1), made("size", 1.0, 1)]
     for cursor in wrong:
         sort = "name" if json_of(cursor)[:1] == ["name"] else "created"
         with pytest.raises(ConfigError, match="cursor"):
@@ -318,7 +324,7 @@ def test_no_page_is_longer_than_allowed_when_everything_matches(index: Index) ->
 OTHER = """
 import json, sys
 from motionlab.library.index import Index
-from motionlab.library.run import RunDetail
+from motionlab.library.run import Run, RunDetail
 index = Index(sys.argv[1])
 for line in sys.stdin:
     name, *given = json.loads(line)
@@ -385,45 +391,66 @@ def test_a_run_is_not_lost_where_one_process_opens_the_index_twice(url: str) -> 
 def test_further_pages_ask_for_no_lists_until_the_index_changes(index: Index) -> None:
     for i in range(8):
         index.put(sample(name=f"run {i}", tags=["rig"]))
-    asked: list[str] = []
+    statements: list[str] = []
 
-    def ask(cursor: str | None = None) -> str | None:
-        asked.clear()
-        return index.page(parse("tag:rig"), limit=3, cursor=cursor).cursor
+    def lists(cursor: str | None = None) -> int:
+        statements.clear()
+        assert index.page(parse("tag:rig"), limit=3, cursor=cursor).total >= 8
+        return sum("run_tags" in each for each in statements)
 
     def note(_connection: object, _cursor: object, statement: str, *_others: object) -> None:
-        asked.append(statement)
+        statements.append(statement)
 
     event.listen(index._engine, "before_cursor_execute", note)
-    cursor = ask()
-    lists = [each for each in asked if "run_tags" in each]
-    assert lists
-
-    def asks_for_none() -> bool:
-        ask(cursor)
-        return not [each for each in asked if "run_tags" in each]
-
+    cursor = index.page(parse("tag:rig"), limit=3).cursor
     # PostgreSQL tells of any write by anybody, not only of those to this index.
-    assert any(asks_for_none() for _ in range(20))
+    assert any(lists(cursor) == 0 for _ in range(20))
     index.put(sample(tags=["rig"]))
-    ask()
-    assert [each for each in asked if "run_tags" in each] == lists
+    assert lists() == 1
+
+
+@pytest.mark.parametrize("few", [0, 4, 2000])
+def test_many_runs_and_few_are_listed_alike(
+    index: Index, monkeypatch: pytest.MonkeyPatch, few: int
+) -> None:
+    monkeypatch.setattr("motionlab.library.query._FEW", few)
+    runs = [
+        sample(
+            name=f"run {i % 4}",
+            tags=["odd"] if i % 2 else ["even", "all"],
+            note="night" if i % 3 else "no",
+            metrics={f"A.x.{MAX}": (i % 5) * 1e-6} if i % 5 else {},
+            deleted=1.0 if i == 8 else None,
+            kind="live" if i < 6 else "simulation",
+        )
+        for i in range(20)
+    ]
+    index.put(*runs)
+    met = {
+        "tag:odd": lambda run: "odd" in run.tags,
+        "tag:even tag:all night": lambda run: "all" in run.tags and run.note == "night",
+        "no": lambda run: run.note == "no",
+        "A.x.max<3um kind:live": lambda run: (
+            0 < run.metrics.get(f"A.x.{MAX}", 0) < 2.5e-6 and run.kind == "live"
+        ),
+        "A.x.max>=3um A.x.max<4um": lambda run: 2.5e-6 < run.metrics.get(f"A.x.{MAX}", 0) < 3.5e-6,
+        "is:deleted": lambda run: run.deleted is not None,
+    }
+    for text, test in met.items():
+        expected = {
+            run.id for run in runs if test(run) and (run.deleted is None) != ("is:" in text)
+        }
+        for sort in ("name", "-A.x.max"):
+            assert {run.id for page in pages_of_runs(index, text, sort) for run in page} == expected
+            assert index.page(parse(text), sort=sort).total == len(expected), text
 
 
 def test_what_is_kept_is_bounded(index: Index, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("motionlab.library.query._KEPT", 4)
-    index.put(*(sample(name=f"run {i}", tags=["all", f"t{i % 3}"]) for i in range(9)))
-    for _ in range(2):
-        for text, count in {"tag:t0": 3, "tag:t1": 3, "tag:all": 9, "": 9}.items():
-            assert len(found(index, text)) == count
-            with index.begin() as connection:
-                kept = connection.info["kept searches"]
-                assert sum(len(each.known) for each in kept._found.values()) <= 4
     monkeypatch.setattr("motionlab.library.query._KEPT_SEARCHES", 5)
     for i in range(9):
         assert not found(index, f"tag:none{i}")
         with index.begin() as connection:
-            assert len(connection.info["kept searches"]._found) <= 5
+            assert len(connection.info["totals"]._kept) <= 5
 
 
 # -- migrations -----------------------------------------------------------------------------------
@@ -445,6 +472,25 @@ def test_two_processes_make_the_tables_at_once(url: str) -> None:
     index = Index(url)
     index.put(run := sample())
     assert index.get(run.id) == run
+    index.close()
+
+
+@pytest.mark.parametrize("version", ["0001", "0002", "0003", "0004", "0005", "0006"])
+def test_an_index_of_each_former_form_opens(url: str, version: str) -> None:
+    runs = [
+        sample(name=f"{version} {i}", tags=["rig"], kept=True, metrics={f"B.x.{MAX}": i * 1e-6})
+        for i in range(3)
+    ]
+    made_by(url, version, *runs)
+    index = Index(url)
+    assert [index.get(run.id) for run in runs] == runs
+    for text in ("", "tag:rig", version, "B.x.max>=0"):
+        assert found(index, text, "B.x.max") == [run.name for run in runs]
+    index.put(new := sample(kept=True))
+    assert len(found(index)) == 4
+    index.drop(runs[0].id)
+    assert found(index, f'"{version} 0"') == []
+    assert index.get(new.id) == new
     index.close()
 
 

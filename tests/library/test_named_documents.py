@@ -20,6 +20,7 @@ from motionlab.library.motors import Motors
 from motionlab.library.table_documents import TableDocuments
 from motionlab.library.tables import GAIN_SETS, LAYOUTS
 from motionlab.library.trajectories import Trajectories
+from tests.library.sample_runs import made_by
 
 K_P = "variants.B.controller.x.k_p"
 STIFF: dict[str, Any] = {
@@ -110,10 +111,9 @@ def data(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         path.parent.mkdir(exist_ok=True)
         path.write_text(text)
     address = f"sqlite:///{tmp_path / 'runs.sqlite'}"
-    Index(address).close()
+    made_by(address, "0006")
     engine = sa.create_engine(address)
     with engine.begin() as connection:
-        assert connection.scalar(sa.text("SELECT version_num FROM alembic_version")) == "0006"
         for statement, values in {
             "INSERT INTO gain_sets VALUES (:n, 1000.0, :d)": {"n": "stiff", "d": json.dumps(STIFF)},
             "INSERT INTO layouts VALUES (:n, :d)": {"n": "errors", "d": '["A.x.thrust@0.5"]'},

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from pyarrow import parquet
 
 from motionlab.cli import main
-from motionlab.library.index import Index, index_url
+from motionlab.library.database import index_url
+from motionlab.library.index import Index
 from motionlab.library.run import RunDetail
 from tests.library.served import API, PATIENCE, Served, serve
 from tests.library.test_spool import small_disk

@@ -21,8 +21,6 @@ LEFT = {
     "force_sharing",
     "kernel",
     "lanes",
-    "library/index.py",
-    "library/query.py",
     "motor_design/fem/cells.py",
     "plant",
     "server",

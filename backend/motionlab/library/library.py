@@ -77,7 +77,8 @@ class Library:
             private_folder(root)
         except OSError as error:
             raise StoreError(f"{root} cannot be made: {error.strerror}") from error
-        from motionlab.library.index import Index, index_url
+        from motionlab.library.database import index_url
+        from motionlab.library.index import Index
 
         self.spools = spools(root)
         self.index = Index(index_url(root))
@@ -395,7 +396,7 @@ def check_places(root: Path) -> None:
     """
     quota()
     if os.environ.get("MOTIONLAB_DATABASE_URL"):
-        from motionlab.library.index import check_address
+        from motionlab.library.database import check_address
 
         check_address(root)
     if os.environ.get("MOTIONLAB_RUNS_URL"):

@@ -1,8 +1,9 @@
 """Tables of the index of runs.
 
 What lists filter and sort by lies in narrow columns of `RUNS`; what only one run at a time is asked
-for lies in `DOCUMENTS`, so that a search over all runs reads little. Migrations add an index of the
-trigrams of `WORDS`, `run_words_trigrams`: a table of FTS5 in SQLite, of pg_trgm in PostgreSQL.
+for lies in `DOCUMENTS`, so that a search over all runs reads little. Tables refer to a run by its
+number, the order in which it came: numbers are looked up sooner than identifiers. Migrations add an
+index of the trigrams of `WORDS`, `run_words_trigrams`: FTS5 in SQLite, pg_trgm in PostgreSQL.
 """
 
 from __future__ import annotations
@@ -30,7 +31,8 @@ _DELETED = text("deleted IS NOT NULL")
 RUNS = Table(
     "runs",
     METADATA,
-    Column("id", String(16), primary_key=True),
+    Column("number", Integer, primary_key=True),
+    Column("id", String(16), nullable=False, unique=True),
     Column("kind", String(16), nullable=False),
     Column("state", String(16), nullable=False),
     Column("name", Text, nullable=False),
@@ -41,29 +43,29 @@ RUNS = Table(
     Column("deleted", Float(53)),
     Column("duration", Float(53), nullable=False),
     Column("size", BigInteger, nullable=False),
-    Index("runs_created", "created", "id"),
-    Index("runs_name", "name", "id"),
-    Index("runs_duration", "duration", "id"),
-    Index("runs_size", "size", "id"),
-    Index("runs_kind", "kind"),
-    Index("runs_state", "state"),
-    Index("runs_scenario", "scenario"),
-    Index("runs_pinned", "pinned"),
+    Index("runs_created", "created", "number"),
+    Index("runs_name", "name", "number"),
+    Index("runs_duration", "duration", "number"),
+    Index("runs_size", "size", "number"),
     Index("runs_deleted", "deleted", sqlite_where=_DELETED, postgresql_where=_DELETED),
 )
+
+
+def _run() -> Column[int]:
+    return Column("run", ForeignKey("runs.number", ondelete="CASCADE"), primary_key=True)
+
 
 WORDS = Table(
     "run_words",
     METADATA,
-    Column("number", Integer, primary_key=True),
-    Column("run", ForeignKey("runs.id", ondelete="CASCADE"), nullable=False, unique=True),
+    _run(),
     Column("words", Text, nullable=False),  # name, note, tags, labels, differences in lower case
 )
 
 DOCUMENTS = Table(
     "run_documents",
     METADATA,
-    Column("run", ForeignKey("runs.id", ondelete="CASCADE"), primary_key=True),
+    _run(),
     Column("entry", JSON, nullable=False),  # what a list shows beside the columns of RUNS
     Column("record", JSON, nullable=False),  # what makes it reproducible, and its result
 )
@@ -71,18 +73,21 @@ DOCUMENTS = Table(
 TAGS = Table(
     "run_tags",
     METADATA,
-    Column("run", ForeignKey("runs.id", ondelete="CASCADE"), primary_key=True),
     Column("tag", String(32), primary_key=True),
-    Index("run_tags_tag", "tag", "run"),
+    _run(),
+    Index("run_tags_run", "run"),
+    sqlite_with_rowid=False,
 )
 
 METRICS = Table(
     "run_metrics",
     METADATA,
-    Column("run", ForeignKey("runs.id", ondelete="CASCADE"), primary_key=True),
     Column("metric", String(64), primary_key=True),
+    _run(),
     Column("value", Float(53), nullable=False),
     Index("run_metrics_value", "metric", "value", "run"),
+    Index("run_metrics_run", "run"),
+    sqlite_with_rowid=False,
 )
 
 EVICTIONS = Table(

@@ -23,8 +23,8 @@ from motionlab.config.quantity import OURS, quantity
 from motionlab.config.shipped import config_root, data_root, did_you_mean, parse
 from motionlab.config.validation_errors import bounds_of, choices_of, field_errors, unit_of_field
 from motionlab.errors import ConfigError, FieldError
+from motionlab.library.database import index_url
 from motionlab.library.files import runs_url
-from motionlab.library.index import index_url
 from motionlab.library.quota import QUOTA
 from motionlab.server.memory_budget import recordable
 from motionlab.server.settings import Bounds

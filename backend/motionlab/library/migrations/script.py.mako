@@ -14,8 +14,3 @@ depends_on = None
 def upgrade() -> None:
     """Bring the index to this version."""
     ${upgrades if upgrades else "pass"}
-
-
-def downgrade() -> None:
-    """Take this version back."""
-    ${downgrades if downgrades else "pass"}

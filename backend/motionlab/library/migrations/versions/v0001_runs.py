@@ -50,9 +50,3 @@ def upgrade() -> None:
         sa.Column("value", sa.Float(53), nullable=False),
     )
     op.create_index("run_metrics_value", "run_metrics", ["metric", "value", "run"])
-
-
-def downgrade() -> None:
-    """Take this version back."""
-    for table in ("run_metrics", "run_tags", "run_documents", "runs"):
-        op.drop_table(table)

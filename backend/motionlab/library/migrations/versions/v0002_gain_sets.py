@@ -19,8 +19,3 @@ def upgrade() -> None:
         sa.Column("created", sa.Float(53), nullable=False),
         sa.Column("document", sa.JSON, nullable=False),
     )
-
-
-def downgrade() -> None:
-    """Take this version back."""
-    op.drop_table("gain_sets")

@@ -16,9 +16,3 @@ def upgrade() -> None:
     """Bring the index to this version."""
     for column in _SORTS:
         op.create_index(f"runs_{column}", "runs", [column, "id"])
-
-
-def downgrade() -> None:
-    """Take this version back."""
-    for column in _SORTS:
-        op.drop_index(f"runs_{column}", "runs")

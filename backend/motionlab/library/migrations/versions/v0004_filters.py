@@ -68,18 +68,3 @@ def _trigrams_of_postgresql() -> None:
             )
     except DBAPIError:
         return
-
-
-def downgrade() -> None:
-    """Take this version back."""
-    op.add_column("runs", sa.Column("words", sa.Text, nullable=False, server_default=""))
-    op.execute(
-        "UPDATE runs SET words = (SELECT words FROM run_words WHERE run_words.run = runs.id)"
-    )
-    if op.get_bind().dialect.name == "sqlite":
-        op.execute("DROP TABLE run_words_trigrams")
-    op.drop_table("run_words")
-    for column in _FILTERS:
-        op.drop_index(f"runs_{column}", "runs")
-    op.drop_index("runs_deleted", "runs")
-    op.create_index("runs_deleted", "runs", ["deleted"])

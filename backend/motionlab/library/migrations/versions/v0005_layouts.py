@@ -18,8 +18,3 @@ def upgrade() -> None:
         sa.Column("name", sa.String(60), primary_key=True),
         sa.Column("scopes", sa.JSON, nullable=False),
     )
-
-
-def downgrade() -> None:
-    """Take this version back."""
-    op.drop_table("layouts")

@@ -50,9 +50,3 @@ def upgrade() -> None:
         sa.Column("evicted", sa.Float(53), nullable=False),
         sa.Column("size", sa.BigInteger, nullable=False),
     )
-
-
-def downgrade() -> None:
-    """Take this version back."""
-    op.drop_table("evictions")
-    op.execute("ALTER TABLE runs DROP COLUMN kept")
