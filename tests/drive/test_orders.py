@@ -18,9 +18,9 @@ from motionlab.drive.link.carrier import LinkError
 from motionlab.drive.link.memory import latch
 from motionlab.drive.link.shared import Figure, Order, State, Status
 from motionlab.drive.motion import DriveMotion, on_drives
+from motionlab.drive.plug import drives as service
+from motionlab.drive.plug.drives import Drives
 from motionlab.drive.virtual.segment import default_drive
-from motionlab.server import drives as service
-from motionlab.server.drives import Drives
 from motionlab.server.live import sessions
 from motionlab.simulation.prepare import prepare
 from tests.drive.link.lockstep import Lockstep

@@ -19,7 +19,8 @@ def rows(head: str) -> list[str]:
 def floors() -> list[set[str]]:
     """Return the rooms of each floor, from the bottom up, as the contract of imports has them."""
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-    (contract,) = settings["tool"]["importlinter"]["contracts"]
+    contracts = settings["tool"]["importlinter"]["contracts"]
+    (contract,) = (each for each in contracts if each["type"] == "layers")
     return [set(re.findall(r"\w+", layer)) for layer in reversed(contract["layers"])]
 
 

@@ -28,6 +28,7 @@ from tests.server.conftest import MakeServer
 from tests.server.live import API, until
 from tests.server.openapi import Contract, body_examples
 from tests.server.servers import PATIENCE, Server
+from tests.server.test_stop import without_threads
 
 DRIVE = f"{API}/drive"
 LOOP = "motionlab.drive.link.process"
@@ -158,6 +159,11 @@ def test_the_lease_ends_without_a_heartbeat(drive: httpx.Client) -> None:
     until(lambda: drive.get(DRIVE).json()["holder"] is None)
     assert "no one controls the drives" in refused(drive.put(f"{DRIVE}/lease", headers=held))
     take(drive, "another")
+
+
+def test_a_stop_needs_no_thread_of_requests(linked: Server, drive: httpx.Client) -> None:
+    with without_threads(linked):
+        assert drive.post(f"{DRIVE}/stop").status_code == 200
 
 
 def test_anyone_may_stop(drive: httpx.Client) -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from motionlab.drive.link.readings import FaultNow
 from motionlab.drive.link.shared import ROUND_TRIP_BINS, Status
-from motionlab.server.drive_history import DriveHistory
+from motionlab.drive.plug.history import DriveHistory
 
 LOST = FaultNow(
     code=0x8700,

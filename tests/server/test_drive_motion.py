@@ -26,8 +26,8 @@ from motionlab.config.shipped import data_root
 from motionlab.drive.commissioning import currents, seal
 from motionlab.drive.commissioning.record import ORDER, CommissioningRecord
 from motionlab.drive.lease import SECONDS
+from motionlab.drive.plug import friction_step
 from motionlab.drive.virtual.process import VirtualDrive
-from motionlab.server import drive_friction
 from motionlab.server.settings import Settings
 from tests.drive.link.rig import SLOW, linked
 from tests.paths import ROOT
@@ -472,8 +472,8 @@ def test_steps_with_torque(
 def test_friction_is_identified_from_a_recorded_run(
     operator: Operator, anyone: httpx.Client, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(drive_friction, "SPEEDS", (0.01, 0.03, 0.06))
-    monkeypatch.setattr(drive_friction, "DISTANCES", (0.003, 0.006, 0.012))
+    monkeypatch.setattr(friction_step, "SPEEDS", (0.01, 0.03, 0.06))
+    monkeypatch.setattr(friction_step, "DISTANCES", (0.003, 0.006, 0.012))
     place = f"{DRIVE}/commissioning"
     operator.arm()
     anyone.post(f"{DRIVE}/disarm", headers=operator.lease)

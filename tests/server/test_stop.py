@@ -17,7 +17,9 @@ import pytest
 from fastapi.dependencies.models import Dependant
 from fastapi.routing import APIRoute, iter_route_contexts
 
+from motionlab.config.drive import load_drive
 from motionlab.errors import ConfigError, FieldError
+from motionlab.server.app import create_app
 from motionlab.server.http import compression, strict_json
 from motionlab.server.settings import Settings
 from tests.server.conftest import MakeLive, MakeServer
@@ -150,11 +152,11 @@ def dependencies(dependant: Dependant) -> Iterator[Callable[..., Any]]:
         yield from dependencies(each)
 
 
-def test_no_request_waits_for_a_thread_to_find_what_it_is_about(server: Server) -> None:
-    contexts = list(iter_route_contexts(server.app.routes))
+def test_no_request_waits_for_a_thread_to_find_what_it_is_about() -> None:
+    contexts = list(iter_route_contexts(create_app(Settings(drive=load_drive("virtual"))).routes))
     routes = [each.original_route for each in contexts if isinstance(each.original_route, APIRoute)]
     calls = {call for route in routes for call in dependencies(route.dependant)}
-    assert {call.__name__ for call in calls} >= {"find_session", "find_drives"}
+    assert {call.__name__ for call in calls} >= {"find_session", "drives_of"}
     assert [call for call in calls if not inspect.iscoroutinefunction(call)] == []
     stops = {
         each.path: each.endpoint

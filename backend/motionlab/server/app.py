@@ -10,15 +10,13 @@ from contextlib import asynccontextmanager, suppress
 from typing import Any
 
 from anyio.to_thread import current_default_thread_limiter
-from fastapi import FastAPI
+from fastapi import APIRouter, FastAPI
 from fastapi.responses import PlainTextResponse
 from prometheus_client import CONTENT_TYPE_LATEST
 
 from motionlab import __version__
 from motionlab.config.shipped import data_root
 from motionlab.library.job_records import RecordStore
-from motionlab.server.drive_friction import FrictionStep
-from motionlab.server.drives import Drives
 from motionlab.server.garbage_collection import GarbageCollection
 from motionlab.server.http import openapi, page, problems
 from motionlab.server.http.access_log import AccessLog
@@ -34,12 +32,11 @@ from motionlab.server.live.broadcast import Broadcast
 from motionlab.server.live.run_recorder import RunRecorder
 from motionlab.server.live.sessions import Sessions
 from motionlab.server.memory_budget import MemoryBudget
+from motionlab.server.plugs import drive_plug, without_drives
 from motionlab.server.preload import warm_up
 from motionlab.server.prometheus import Monitor
 from motionlab.server.routes import (
     captures,
-    commissioning,
-    drive,
     expressions,
     fields,
     gain_sets,
@@ -104,8 +101,6 @@ _MODULES = (
     gain_sets,
     layouts,
     motors,
-    drive,
-    commissioning,
 )
 """Routes of the API, in the order of its documentation."""
 
@@ -150,6 +145,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     settings: Settings = app.state.settings
     current_default_thread_limiter().total_tokens = _THREADS
     app.state.memory = MemoryBudget(settings.memory_max)
+    app.state.activities = []  # of plugs
     app.state.uploads = MemoryBudget(max(settings.memory_max // 4, settings.upload_max))
     app.state.writing = asyncio.Lock()  # of files, so that the other workers are free
     app.state.writing_long = asyncio.Lock()  # of those that take minutes
@@ -189,14 +185,8 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         kernels.start()
 
     warming = asyncio.create_task(warm())
-    app.state.drives = None if settings.drive is None else Drives(settings.drive)
-    if app.state.drives is not None:
-        friction = FrictionStep(app.state.drives, app.state.sessions, app.state.workers)
-        app.state.drives.torque_steps["friction"] = friction
     async with _collecting_garbage(app):
         yield
-    if app.state.drives is not None:
-        await app.state.drives.close()
     for evictor in evictors:
         evictor.cancel()
     await app.state.scenes.close()
@@ -229,16 +219,42 @@ async def _collecting_garbage(app: FastAPI) -> AsyncIterator[None]:
 
 
 def _moving(app: FastAPI) -> bool:
-    """Return whether a session runs, or drives have torque."""
-    drives: Drives | None = app.state.drives
+    """Return whether a session runs, or a plug is active."""
     sessions: Sessions = app.state.sessions
-    return any(each.runs for each in sessions.all()) or (drives is not None and drives.active)
+    return any(each.runs for each in sessions.all()) or any(each() for each in app.state.activities)
 
 
 def create_app(settings: Settings | None = None) -> FastAPI:
     """Return the application."""
     settings = settings or Settings()
+    plug = without_drives if settings.drive is None else drive_plug()
+    app = _with_api(plug)
+    app.state.settings = settings
+    app.state.owns_process = False  # `serve` says otherwise
+    app.state.logins = Logins(settings.token)
+    monitor = app.state.monitor = Monitor()
+    app.add_middleware(CompressedJson)
+    app.add_middleware(Guard, settings=settings, logins=app.state.logins)
+    app.add_middleware(Heads)
+    app.add_middleware(AccessLog)
+    app.add_middleware(ConnectionLimits)
+    problems.install(app)
+    app.include_router(scene.router)
+    app.get("/asyncapi.json", include_in_schema=False)(asyncapi)
 
+    @app.get("/metrics", include_in_schema=False)
+    def metrics() -> PlainTextResponse:
+        monitor.sessions.set(len(app.state.sessions.all()))
+        return PlainTextResponse(monitor.text(), media_type=CONTENT_TYPE_LATEST)
+
+    # The same whether or not a plug is loaded: clients are generated from it.
+    openapi.install(app, settings, lambda: _with_api(drive_plug()).openapi())
+    page.install(app)  # the last: it takes every other path
+    return app
+
+
+def _with_api(plug: APIRouter) -> FastAPI:
+    """Return an application with the routes that its OpenAPI document describes."""
     app = FastAPI(
         title="PSRM Motion Lab",
         description=_DESCRIPTION,
@@ -253,26 +269,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         redoc_url=None,
         responses=problems.responses(400, 401, 403),
     )
-    app.state.settings = settings
-    app.state.owns_process = False  # `serve` says otherwise
-    app.state.logins = Logins(settings.token)
-    monitor = app.state.monitor = Monitor()
-    app.add_middleware(CompressedJson)
-    app.add_middleware(Guard, settings=settings, logins=app.state.logins)
-    app.add_middleware(Heads)
-    app.add_middleware(AccessLog)
-    app.add_middleware(ConnectionLimits)
-    problems.install(app)
     for module in _MODULES:
         app.include_router(module.router, prefix=PREFIX)
-    app.include_router(scene.router)
-    app.get("/asyncapi.json", include_in_schema=False)(asyncapi)
-
-    @app.get("/metrics", include_in_schema=False)
-    def metrics() -> PlainTextResponse:
-        monitor.sessions.set(len(app.state.sessions.all()))
-        return PlainTextResponse(monitor.text(), media_type=CONTENT_TYPE_LATEST)
-
-    openapi.install(app, settings)
-    page.install(app)  # the last: it takes every other path
+    app.include_router(plug, prefix=PREFIX)
     return app

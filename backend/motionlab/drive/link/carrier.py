@@ -18,6 +18,8 @@ _TIMEOUT = 0.02  # s, of one try
 class LinkError(MotionLabError):
     """The bus or a drive does not answer as it must."""
 
+    kind = "drive-link"
+
 
 class Carrier:
     """A connected socket, for the exchanges that are not cyclic.

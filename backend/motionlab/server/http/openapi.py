@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
+from collections.abc import Callable
 from typing import Any
 
 from fastapi import FastAPI, Response
@@ -30,17 +31,17 @@ _SCHEMES = {
 }
 
 
-def install(app: FastAPI, settings: Settings) -> None:
-    """Add this server's authentication, problems and stream messages to the document of `app`.
+def install(app: FastAPI, settings: Settings, of_the_routes: Callable[[], dict[str, Any]]) -> None:
+    """Add this server's authentication, problems and stream messages to the document of its routes.
 
     FastAPI's own entries for them are removed.
     """
-    of_the_routes = app.openapi
 
     def openapi() -> dict[str, Any]:
         if app.openapi_schema is None:
-            _complete(of_the_routes(), settings)
-        return app.openapi_schema or {}
+            app.openapi_schema = of_the_routes()
+            _complete(app.openapi_schema, settings)
+        return app.openapi_schema
 
     app.openapi = openapi
 

@@ -14,8 +14,6 @@ from starlette.exceptions import HTTPException
 from starlette.routing import compile_path
 
 from motionlab.config.validation_errors import ends_of, in_words
-from motionlab.drive.lease import NotHeld
-from motionlab.drive.link.carrier import LinkError
 from motionlab.errors import SHOWN_MAX, SIGNS, FieldError, MotionLabError
 from motionlab.reports.problems import (
     BY_STATUS,
@@ -114,14 +112,6 @@ def install(app: FastAPI) -> None:
     @app.exception_handler(MotionLabError)
     async def fail(_: Request, error: MotionLabError) -> JSONResponse:
         return problem(kind_of(error), str(error), errors=fields_of(error))
-
-    @app.exception_handler(NotHeld)
-    async def refuse_holder(_: Request, error: NotHeld) -> JSONResponse:
-        return problem("lease-not-held", str(error))
-
-    @app.exception_handler(LinkError)
-    async def refuse_link(_: Request, error: LinkError) -> JSONResponse:
-        return problem("drive-link", str(error))
 
     @app.exception_handler(RequestValidationError)
     async def refuse_request(request: Request, error: RequestValidationError) -> JSONResponse:

@@ -5,15 +5,12 @@ from __future__ import annotations
 import asyncio
 import time
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, ThreadPoolExecutor
 from typing import TypeVar
 
 from fastapi import HTTPException
 
-from motionlab.drive.motion import DriveMotion
-from motionlab.server.drives import Drives
 from motionlab.server.live.clock import Clock
-from motionlab.server.live.drive_session import DriveSession
 from motionlab.server.live.run_recorder import RunRecorder
 from motionlab.server.live.session import Session
 from motionlab.server.memory_budget import MemoryBudget
@@ -50,21 +47,13 @@ class Sessions:
         ConfigError
             If it holds more than there is memory for at all.
         """
-        return await self._added(
-            lambda: Session(prepare(), self._clock, self.threads, self._recorder)
+        return await self.add(lambda *parts: Session(prepare(), *parts))
+
+    async def add(self, make: Callable[[Clock, Executor, RunRecorder | None], S]) -> S:
+        """Create a session of any kind, as `create`; `make` is called in a thread."""
+        session = await asyncio.get_running_loop().run_in_executor(
+            self.threads, make, self._clock, self.threads, self._recorder
         )
-
-    async def create_on(self, drives: Drives, prepare: Callable[[], Prepared]) -> DriveSession:
-        """Create a session on drives, as `create`."""
-
-        def made() -> DriveSession:
-            motion = DriveMotion(prepare(), drives.link, drives.next_motion())
-            return DriveSession(motion, self._clock, self.threads, self._recorder, drives=drives)
-
-        return await self._added(made)
-
-    async def _added(self, made: Callable[[], S]) -> S:
-        session = await asyncio.get_running_loop().run_in_executor(self.threads, made)
         idlest = self._replaceable()
         self._memory.check(session.size)
         # No session is evicted unless the new session has its place and its memory.

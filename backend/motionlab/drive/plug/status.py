@@ -14,8 +14,8 @@ from motionlab.drive.lease import Lease
 from motionlab.drive.link.link import DriveLink
 from motionlab.drive.link.readings import FaultNow
 from motionlab.drive.link.shared import Figure, State, Status
+from motionlab.drive.plug.history import DriveHistory, LastStop, PastFault, Recent
 from motionlab.drive.process_data import STO_ACTIVE
-from motionlab.server.drive_history import DriveHistory, LastStop, PastFault, Recent
 
 _CURRENT = 0.25  # s; a loop whose machine has stalled for this long says nothing of now
 

@@ -16,12 +16,12 @@ from motionlab.drive.commissioning.record import (
     StepName,
     step_of,
 )
+from motionlab.drive.plug.drives import Drives, RunningStep
+from motionlab.drive.plug.routes import ServedDrives, Token
 from motionlab.errors import ConfigError, FieldError
-from motionlab.server.drives import Drives, RunningStep
 from motionlab.server.http.openapi_input import examples
 from motionlab.server.http.problems import responses
 from motionlab.server.http.strict_json import JsonRoute
-from motionlab.server.routes.drive import FoundDrives, Token
 
 router = APIRouter(prefix="/drive", tags=["drive"], route_class=JsonRoute)
 
@@ -71,7 +71,7 @@ class CommissioningStatus(BaseModel):
 
 
 @router.get("/commissioning", operation_id="getCommissioning", responses=responses(404))
-async def get_commissioning(drives: FoundDrives) -> CommissioningStatus:
+async def get_commissioning(drives: ServedDrives) -> CommissioningStatus:
     """Return the steps and what they found."""
     return _status(drives)
 
@@ -82,7 +82,7 @@ async def get_commissioning(drives: FoundDrives) -> CommissioningStatus:
     responses=responses(400, 404, 409, 413, 415, 422, 503, 507),
 )
 async def do_commissioning_step(
-    drives: FoundDrives,
+    drives: ServedDrives,
     step: StepName,
     lease: Token,
     body: Annotated[CommissioningRequest | None, Body()] = None,
@@ -104,7 +104,7 @@ async def do_commissioning_step(
     responses=responses(400, 404, 409, 413, 415, 422, 503, 507),
 )
 async def take_changes(
-    drives: FoundDrives,
+    drives: ServedDrives,
     step: StepName,
     body: Annotated[
         list[ConfigChange],
@@ -128,7 +128,7 @@ async def take_changes(
     responses=responses(400, 404, 409, 413, 415, 422, 503, 507),
 )
 async def load_commissioning(
-    drives: FoundDrives, body: Annotated[CommissioningRecord, Body()], lease: Token
+    drives: ServedDrives, body: Annotated[CommissioningRecord, Body()], lease: Token
 ) -> CommissioningStatus:
     """Take a document that was kept, unchanged and of these drives; an empty one starts over."""
     drives.lease.check(lease)
@@ -148,7 +148,7 @@ async def load_commissioning(
         **responses(404),
     },
 )
-async def get_drive_configuration(drives: FoundDrives) -> Response:
+async def get_drive_configuration(drives: ServedDrives) -> Response:
     """Return the configuration in effect as TOML: the file with the changes that were taken."""
     text = tomli_w.dumps(drives.config.model_dump(mode="json"))
     headers = {"Content-Disposition": 'attachment; filename="drive.toml"'}

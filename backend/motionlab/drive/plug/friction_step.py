@@ -15,9 +15,10 @@ from motionlab.drive.commissioning.hold import low_gain_changes
 from motionlab.drive.commissioning.record import Finding, FoundFigure
 from motionlab.drive.commissioning.run import StepRun, Stopped
 from motionlab.drive.motion import held_parameters, on_drives
+from motionlab.drive.plug.drives import Drives
+from motionlab.drive.plug.session import create_session
 from motionlab.errors import Busy
 from motionlab.library.library import library
-from motionlab.server.drives import Drives
 from motionlab.server.live.sessions import Sessions
 from motionlab.server.routes.studies import answer
 from motionlab.server.worker_answers import json_of
@@ -73,7 +74,7 @@ class FrictionStep:
 
     def _recorded(self, run: StepRun, scenario: Scenario) -> str:
         """Return the run of a motion of armed drives."""
-        session = self._do(self._sessions.create_on(self._drives, lambda: prepare(scenario)))
+        session = self._do(create_session(self._sessions, self._drives, lambda: prepare(scenario)))
         try:
             run.check()
             self._do(session.begin(run.stops))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from fastapi import APIRouter, Body, Depends, Header, HTTPException, Query, Request, Response
+from fastapi import APIRouter, Body, Depends, Header, Query, Request, Response
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic_core import PydanticKnownError
 
@@ -13,9 +13,10 @@ from motionlab.drive.lease import SECONDS, NotHeld
 from motionlab.drive.link.carrier import LinkError
 from motionlab.drive.link.shared import Order
 from motionlab.drive.motion import on_drives
+from motionlab.drive.plug.drives import Drives
+from motionlab.drive.plug.session import create_session
+from motionlab.drive.plug.status import DriveStatus
 from motionlab.reports.plain_text import NAME_PATTERN
-from motionlab.server.drive_status import DriveStatus
-from motionlab.server.drives import Drives
 from motionlab.server.http.openapi_input import examples
 from motionlab.server.http.problems import responses
 from motionlab.server.http.strict_json import JsonRoute
@@ -82,19 +83,16 @@ class ArmRequest(MotionRequest):
     )
 
 
-async def find_drives(request: Request) -> Drives:
-    """Return the drive link, or answer 404."""  # a coroutine, as `find_session`
-    drives: Drives | None = request.app.state.drives
-    if drives is None:
-        raise HTTPException(404, "this server has no drive link: start it with --drive FILE")
-    return drives
+async def drives_of(request: Request) -> Drives:
+    """Return the drives of the server."""  # a coroutine, as `find_session`
+    return request.app.state.drives
 
 
-FoundDrives = Annotated[Drives, Depends(find_drives)]
+ServedDrives = Annotated[Drives, Depends(drives_of)]
 
 
 @router.get("", operation_id="getDrive", responses=responses(404))
-async def get_drive(drives: FoundDrives) -> DriveStatus:
+async def get_drive(drives: ServedDrives) -> DriveStatus:
     """Return the state of the link, its drives and its loop."""
     return drives.status()
 
@@ -105,7 +103,7 @@ async def get_drive(drives: FoundDrives) -> DriveStatus:
     status_code=201,
     responses=responses(400, 404, 409, 413, 415, 422),
 )
-async def take_control(drives: FoundDrives, body: Annotated[LeaseRequest, Body()]) -> LeaseAnswer:
+async def take_control(drives: ServedDrives, body: Annotated[LeaseRequest, Body()]) -> LeaseAnswer:
     """Take the lease: only its holder may move the drives. It ends without a heartbeat."""
     return LeaseAnswer(lease=drives.lease.take(body.holder), seconds=SECONDS)
 
@@ -113,7 +111,7 @@ async def take_control(drives: FoundDrives, body: Annotated[LeaseRequest, Body()
 @router.put(
     "/lease", operation_id="keepControl", status_code=204, responses=responses(404, 409, 422)
 )
-async def keep_control(drives: FoundDrives, lease: Token) -> Response:
+async def keep_control(drives: ServedDrives, lease: Token) -> Response:
     """Keep the lease: its heartbeat."""
     drives.lease.renew(lease)
     return Response(status_code=204)
@@ -122,7 +120,7 @@ async def keep_control(drives: FoundDrives, lease: Token) -> Response:
 @router.delete(
     "/lease", operation_id="giveUpControl", status_code=204, responses=responses(404, 409, 422)
 )
-async def give_up_control(drives: FoundDrives, lease: Token) -> Response:
+async def give_up_control(drives: ServedDrives, lease: Token) -> Response:
     """Give the lease up; armed drives are stopped and disarmed first."""
     drives.give_up(lease)
     return Response(status_code=204)
@@ -134,7 +132,7 @@ async def give_up_control(drives: FoundDrives, lease: Token) -> Response:
     status_code=204,
     responses=responses(400, 404, 409, 413, 415, 422),
 )
-async def ask_for_control(drives: FoundDrives, body: Annotated[LeaseRequest, Body()]) -> Response:
+async def ask_for_control(drives: ServedDrives, body: Annotated[LeaseRequest, Body()]) -> Response:
     """Let the holder of the lease know who would like it; it stays with the holder."""
     drives.lease.ask(body.holder)
     return Response(status_code=204)
@@ -142,7 +140,7 @@ async def ask_for_control(drives: FoundDrives, body: Annotated[LeaseRequest, Bod
 
 @router.post("/arm", operation_id="arm", responses=responses(400, 404, 409, 413, 415, 422))
 async def arm(
-    drives: FoundDrives, body: Annotated[ArmRequest, Body()], lease: Token
+    drives: ServedDrives, body: Annotated[ArmRequest, Body()], lease: Token
 ) -> DriveStatus:
     """Switch the torque on and hold the present position."""
     await drives.arm(lambda: load_scenario(body.scenario, body.set), body.variant, lease)
@@ -157,7 +155,7 @@ async def arm(
     responses=responses(400, 404, 409, 413, 415, 422, 429),
 )
 async def begin_motion(
-    request: Request, drives: FoundDrives, body: Annotated[MotionRequest, Body()], lease: Token
+    request: Request, drives: ServedDrives, body: Annotated[MotionRequest, Body()], lease: Token
 ) -> Response:
     """Begin a motion of armed drives; it is a live session, recorded as a run."""
     drives.lease.check(lease)
@@ -169,7 +167,7 @@ async def begin_motion(
     def prepare() -> Prepared:
         return prepare_request(body, settings, lambda scenario: on_drives(scenario, body.variant))
 
-    session = await sessions.create_on(drives, prepare)
+    session = await create_session(sessions, drives, prepare)
     try:
         drives.lease.check(lease)  # preparing takes its time
         with drives.ordering():
@@ -182,14 +180,14 @@ async def begin_motion(
 
 
 @router.post("/disarm", operation_id="disarm", responses=responses(404, 409, 422))
-async def disarm(drives: FoundDrives, lease: Token) -> DriveStatus:
+async def disarm(drives: ServedDrives, lease: Token) -> DriveStatus:
     """Switch the torque off at once."""
     await drives.order(Order.DISARM, lease)
     return drives.status()
 
 
 @router.post("/reset", operation_id="resetFault", responses=responses(404, 409, 422))
-async def reset(drives: FoundDrives, lease: Token) -> DriveStatus:
+async def reset(drives: ServedDrives, lease: Token) -> DriveStatus:
     """Clear a latched fault, or bring the drives up again; never arms."""
     await drives.reset(lease)
     return drives.status()
@@ -197,7 +195,7 @@ async def reset(drives: FoundDrives, lease: Token) -> DriveStatus:
 
 @router.post("/stop", operation_id="stopDrive", responses=responses(404))
 async def stop(
-    drives: FoundDrives,
+    drives: ServedDrives,
     by: Annotated[str, Query(description="Name that others see as who stopped")] = "",
 ) -> DriveStatus:
     """Brake to rest, then switch the torque off; anyone may, without the lease."""

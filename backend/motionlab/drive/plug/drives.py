@@ -39,9 +39,9 @@ from motionlab.drive.link.carrier import LinkError
 from motionlab.drive.link.link import DriveLink
 from motionlab.drive.link.shared import Figure, Order, State, Status
 from motionlab.drive.motion import held_parameters, on_drives
+from motionlab.drive.plug.history import DriveHistory
+from motionlab.drive.plug.status import DriveStatus, drive_status
 from motionlab.errors import MotionLabError, StoreError
-from motionlab.server.drive_history import DriveHistory
-from motionlab.server.drive_status import DriveStatus, drive_status
 
 _LOG = logging.getLogger(__name__)
 

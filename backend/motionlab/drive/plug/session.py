@@ -4,24 +4,38 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from typing import Any
 
 from motionlab.drive.link.carrier import LinkError
 from motionlab.drive.motion import DriveMotion, changes_on_drives
+from motionlab.drive.plug.drives import Drives
 from motionlab.library.run import Event
-from motionlab.server.drives import Drives
 from motionlab.server.live.clock import Clock
 from motionlab.server.live.run_recorder import RunRecorder
 from motionlab.server.live.session import Session
 from motionlab.server.live.session_info import RecordState, State, WrongState
+from motionlab.server.live.sessions import Sessions
+from motionlab.simulation.prepare import Prepared
 from motionlab.simulation.simulation import ReadyEpoch
 
 _SWITCH = 0.2
 """s before a scheduled change, in which one of a person waits for it."""
 _POLL = 0.01  # s
 _LOG = logging.getLogger(__name__)
+
+
+async def create_session(
+    sessions: Sessions, drives: Drives, prepare: Callable[[], Prepared]
+) -> DriveSession:
+    """Create a session on drives, as `Sessions.create`."""
+
+    def make(clock: Clock, threads: Executor, recorder: RunRecorder | None) -> DriveSession:
+        motion = DriveMotion(prepare(), drives.link, drives.next_motion())
+        return DriveSession(motion, clock, threads, recorder, drives=drives)
+
+    return await sessions.add(make)
 
 
 class DriveSession(Session):

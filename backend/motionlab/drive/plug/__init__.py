@@ -1,0 +1,1 @@
+"""Drives in a server: routes, sessions on drives, commissioning, and the link behind them."""

@@ -1,0 +1,28 @@
+"""The plug of drives: their routes, and the link that lives while a server runs."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
+from fastapi import APIRouter, FastAPI
+
+from motionlab.drive.plug import commissioning_routes, routes
+from motionlab.drive.plug.drives import Drives
+from motionlab.drive.plug.friction_step import FrictionStep
+
+
+@asynccontextmanager
+async def _linked(app: FastAPI) -> AsyncIterator[None]:
+    """Keep the link of a server's settings."""
+    state = app.state
+    drives = state.drives = Drives(state.settings.drive)
+    drives.torque_steps["friction"] = FrictionStep(drives, state.sessions, state.workers)
+    state.activities.append(lambda: drives.active)
+    yield
+    await drives.close()
+
+
+router = APIRouter(lifespan=_linked)
+router.include_router(routes.router)
+router.include_router(commissioning_routes.router)
