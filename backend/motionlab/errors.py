@@ -10,6 +10,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
+DONE, FAILED, BAD_INPUT = 0, 1, 2
+"""Exit codes of commands; FAILED, too, of one whose result is that a run or a check has failed."""
+
+INTERRUPTED = 130
+"""128 and the number of SIGINT, as shells have it."""
+
 SHOWN_MAX = 20
 """Errors listed in a message; further ones are counted."""
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from motionlab.analysis.glitches import glitches
-from motionlab.cli.exit_codes import DONE, FAILED
 from motionlab.cli.main import main
 from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.errors import DONE, FAILED
 from motionlab.library.glitches import run_glitches
 from motionlab.library.library import library
 from motionlab.library.run import RunDetail

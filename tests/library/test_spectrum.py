@@ -12,9 +12,9 @@ import pytest
 
 from motionlab.analysis.loop_spectrum import SpectrumOptions, document
 from motionlab.analysis.spectrum import spectrum
-from motionlab.cli.exit_codes import BAD_INPUT, DONE, FAILED
 from motionlab.cli.main import main
 from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.errors import BAD_INPUT, DONE, FAILED
 from motionlab.library.library import library
 from motionlab.library.run import RunDetail
 from motionlab.library.spectrum import run_spectra

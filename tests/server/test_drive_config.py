@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from motionlab.cli.exit_codes import BAD_INPUT
 from motionlab.cli.main import main
+from motionlab.errors import BAD_INPUT
 from tests.paths import ROOT
 
 SHIPPED = (ROOT / "configs" / "drives" / "virtual.toml").read_text()

@@ -19,7 +19,6 @@ import httpx
 import numpy as np
 import pytest
 
-from motionlab.cli.exit_codes import BAD_INPUT, DONE, FAILED
 from motionlab.cli.main import main
 from motionlab.config.drive import load_drive
 from motionlab.config.shipped import data_root
@@ -28,6 +27,7 @@ from motionlab.drive.commissioning.record import ORDER, CommissioningRecord
 from motionlab.drive.lease import SECONDS
 from motionlab.drive.plug import friction_step
 from motionlab.drive.virtual.process import VirtualDrive
+from motionlab.errors import BAD_INPUT, DONE, FAILED
 from motionlab.server.settings import Settings
 from tests.drive.link.rig import SLOW, linked
 from tests.paths import ROOT

@@ -8,9 +8,9 @@ from typing import Any
 import httpx
 import pytest
 
-from motionlab.cli.exit_codes import DONE, FAILED
 from motionlab.cli.main import main
 from motionlab.drive.virtual.process import VirtualDrive
+from motionlab.errors import DONE, FAILED
 from motionlab.server.settings import Settings
 from tests.drive.link.rig import SLOW, linked
 from tests.server.live import until

@@ -7,8 +7,8 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from motionlab.cli.exit_codes import DONE, FAILED
 from motionlab.cli.output import show
+from motionlab.errors import DONE, FAILED
 from motionlab.studies.options import add_json, add_set, source
 
 if TYPE_CHECKING:

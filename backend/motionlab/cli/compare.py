@@ -6,8 +6,8 @@ import argparse
 import json
 from typing import TYPE_CHECKING, Any, get_args
 
-from motionlab.cli.exit_codes import DONE, FAILED
 from motionlab.cli.output import show
+from motionlab.errors import DONE, FAILED
 from motionlab.studies.options import add_json
 
 if TYPE_CHECKING:

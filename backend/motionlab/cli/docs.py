@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from motionlab.cli.exit_codes import DONE
+from motionlab.errors import DONE
 
 _PACKAGE = Path(__file__).resolve().parent.parent
 _CHECKOUT = _PACKAGE.parent.parent

@@ -10,8 +10,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from motionlab.cli.exit_codes import BAD_INPUT, DONE
 from motionlab.cli.output import add_overwrite, check_output, wrote
+from motionlab.errors import BAD_INPUT, DONE
 from motionlab.studies.options import add_json
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from motionlab.cli.exit_codes import DONE
+from motionlab.errors import DONE
 from motionlab.studies.options import add_scenario, add_set, source
 
 EXAMPLES = """\

@@ -6,8 +6,8 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from motionlab.cli.exit_codes import DONE
 from motionlab.cli.output import add_overwrite, check_output, wrote
+from motionlab.errors import DONE
 from motionlab.studies.options import add_scenario, add_set, source
 
 EXAMPLES = """\

@@ -7,8 +7,8 @@ import fnmatch
 import json
 from typing import TYPE_CHECKING, Any
 
-from motionlab.cli.exit_codes import DONE
 from motionlab.cli.output import show
+from motionlab.errors import DONE
 from motionlab.studies.options import add_json, add_set, source
 
 if TYPE_CHECKING:

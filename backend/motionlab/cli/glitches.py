@@ -6,8 +6,8 @@ import argparse
 import json
 from typing import TYPE_CHECKING, Any
 
-from motionlab.cli.exit_codes import DONE
 from motionlab.cli.output import show
+from motionlab.errors import DONE
 from motionlab.studies.options import add_json
 
 if TYPE_CHECKING:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from motionlab.cli.exit_codes import DONE
 from motionlab.cli.output import show
+from motionlab.errors import DONE
 from motionlab.studies.options import add_json, add_scenario, add_set, source
 
 EXAMPLES = """\

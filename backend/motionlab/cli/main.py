@@ -12,10 +12,19 @@ import traceback
 from collections.abc import Sequence
 
 from motionlab import __version__
-from motionlab.cli.exit_codes import BAD_INPUT, DONE, FAILED, INTERRUPTED
 from motionlab.cli.messages import discard, plain_stdout, say, unbreakable_stderr
 from motionlab.cli.parser import Parser, print_problem
-from motionlab.errors import ConfigError, Infeasible, MotionLabError, naming_extras, shown
+from motionlab.errors import (
+    BAD_INPUT,
+    DONE,
+    FAILED,
+    INTERRUPTED,
+    ConfigError,
+    Infeasible,
+    MotionLabError,
+    naming_extras,
+    shown,
+)
 from motionlab.executors.progress import first_use, progress_shown
 
 _MODULES = {
@@ -38,12 +47,15 @@ _MODULES = {
     "export_plant": ("export-plant",),
     "study": (),
     "serve": ("serve", "openapi"),
-    "drive": ("drive",),
-    "vdrive": ("vdrive",),
+    "drive.command": ("drive",),
+    "drive.virtual_command": ("vdrive",),
     "precompile": ("precompile",),
     "docs": ("docs", "completion"),
 }
-"""Modules in the order of the help page, and the commands of each: to import one alone."""
+"""Modules in the order of the help page, and the commands of each: to import one alone.
+
+Those with a dot are of other rooms.
+"""
 
 _ENDING = """\
 `motionlab COMMAND --help` shows the options of a command, and examples.
@@ -126,7 +138,8 @@ def _parser(words: Sequence[str] = ()) -> argparse.ArgumentParser:
     parser.add_argument("-V", "--version", action="version", version=f"motionlab {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for module in _modules(words):
-        importlib.import_module(f"motionlab.cli.{module}").add(commands)
+        place = module if "." in module else f"cli.{module}"
+        importlib.import_module(f"motionlab.{place}").add(commands)
     return parser
 
 

@@ -8,9 +8,8 @@ import textwrap
 from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
 
-from motionlab.cli.exit_codes import BAD_INPUT
 from motionlab.config.shipped import did_you_mean
-from motionlab.errors import ConfigError, FieldError
+from motionlab.errors import BAD_INPUT, ConfigError, FieldError
 
 _CHOICE = re.compile(r"(.+?): invalid choice: '?(.*?)'? \(choose from (.*)\)")
 _NUMBER = re.compile(r"(.+?): invalid (int|float) value: (.*)")

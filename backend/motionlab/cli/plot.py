@@ -7,9 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from motionlab.cli.exit_codes import DONE
 from motionlab.cli.output import add_overwrite, check_output, names_run, wrote
-from motionlab.errors import ConfigError, FieldError
+from motionlab.errors import DONE, ConfigError, FieldError
 from motionlab.studies.options import add_set, source
 
 if TYPE_CHECKING:

@@ -10,9 +10,8 @@ from concurrent.futures import ThreadPoolExecutor
 from importlib.util import find_spec
 from typing import Any
 
-from motionlab.cli.exit_codes import DONE
 from motionlab.cli.messages import say
-from motionlab.errors import MotionLabError
+from motionlab.errors import DONE, MotionLabError
 from motionlab.executors.progress import share_done
 
 EXAMPLES = """\

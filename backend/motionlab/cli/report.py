@@ -6,8 +6,8 @@ import argparse
 from typing import Any
 
 from motionlab.cli.compare import add_comparing, comparing_of
-from motionlab.cli.exit_codes import DONE
 from motionlab.cli.output import add_overwrite, check_output, wrote
+from motionlab.errors import DONE
 
 EXAMPLES = """\
 examples:

@@ -8,10 +8,10 @@ import json
 import sys
 from typing import TYPE_CHECKING, Any
 
-from motionlab.cli.exit_codes import DONE, FAILED
 from motionlab.cli.messages import say
 from motionlab.cli.output import add_overwrite, check_output, show, wrote
 from motionlab.config.shipped import names
+from motionlab.errors import DONE, FAILED
 from motionlab.executors.progress import tick_bar
 from motionlab.studies.options import add_json, add_scenario, add_set, source
 

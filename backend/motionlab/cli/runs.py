@@ -8,8 +8,8 @@ import re
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
-from motionlab.cli.exit_codes import DONE
 from motionlab.cli.output import show
+from motionlab.errors import DONE
 from motionlab.studies.options import add_json
 
 if TYPE_CHECKING:

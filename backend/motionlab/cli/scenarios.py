@@ -7,8 +7,8 @@ import json
 from pathlib import Path
 from typing import Any
 
-from motionlab.cli.exit_codes import DONE
 from motionlab.cli.output import add_overwrite, check_output, show, wrote
+from motionlab.errors import DONE
 from motionlab.studies.options import add_json, add_scenario, add_set, source
 
 EXAMPLES = """\

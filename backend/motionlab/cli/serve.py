@@ -7,7 +7,7 @@ import json
 import sys
 from typing import Any
 
-from motionlab.cli.exit_codes import DONE
+from motionlab.errors import DONE
 from motionlab.studies.options import add_scheduler
 
 _PORT_MAX = 65_535

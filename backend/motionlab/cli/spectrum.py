@@ -7,8 +7,8 @@ import csv
 import json
 from typing import TYPE_CHECKING, Any
 
-from motionlab.cli.exit_codes import DONE
 from motionlab.cli.output import add_overwrite, check_output, show, wrote
+from motionlab.errors import DONE
 from motionlab.studies.options import add_json
 
 if TYPE_CHECKING:

@@ -6,8 +6,8 @@ import argparse
 import functools
 from typing import Any
 
-from motionlab.cli.exit_codes import DONE, FAILED
 from motionlab.cli.output import add_overwrite, check_output, show, wrote
+from motionlab.errors import DONE, FAILED
 from motionlab.executors.executor import executing
 from motionlab.executors.progress import share_done
 from motionlab.studies.options import add_json, add_scenario, add_scheduler, add_set, source

@@ -7,8 +7,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from motionlab.cli.exit_codes import DONE
 from motionlab.cli.output import add_overwrite, check_output, wrote
+from motionlab.errors import DONE
 
 if TYPE_CHECKING:
     from motionlab.config.trajectory import TrajectoryConfig

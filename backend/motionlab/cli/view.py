@@ -7,9 +7,8 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from motionlab.analysis.views.table import BY_NAME, VIEWS
-from motionlab.cli.exit_codes import DONE
 from motionlab.cli.output import names_run, show
-from motionlab.errors import ConfigError, FieldError
+from motionlab.errors import DONE, ConfigError, FieldError
 from motionlab.studies.options import add_json, add_set, source
 
 if TYPE_CHECKING:

@@ -9,8 +9,7 @@ import sys
 import time
 from typing import TYPE_CHECKING, Any
 
-from motionlab.cli.exit_codes import DONE, FAILED
-from motionlab.errors import ConfigError, FieldError
+from motionlab.errors import DONE, FAILED, ConfigError, FieldError
 from motionlab.scripting.lab_server import ADDRESS, HeldLease, LabServer, ServerRefused
 from motionlab.studies.options import add_json, add_set, source
 

@@ -13,8 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from motionlab.cli.exit_codes import DONE
-from motionlab.errors import ConfigError, FieldError
+from motionlab.errors import DONE, ConfigError, FieldError
 
 _PORT = 34980
 _PORT_MAX = 65_535
