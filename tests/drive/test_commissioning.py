@@ -458,7 +458,7 @@ def test_steps_that_held_with_a_value_that_was_edited_since_are_to_be_done_again
 
 def test_limits_stand_beside_those_that_were_asked_for() -> None:
     name = "object 6072:00, largest torque, per mille of rated"
-    drives = found(limits=[{"name": name, "asked": 1000, "read": 900}])
+    drives = found(limits=[{"name": name, "written": 1000, "read": 900}])
     finding = compare_identity(default_drive(), drives)
     (row,) = (row for row in finding.rows if not row.holds)
     assert (row.name, row.found, row.expected) == (f"3 x c, {name}", "900", "1000")

@@ -46,9 +46,8 @@ def add(commands: Any) -> None:
     orders = parser.add_subparsers(title="orders", metavar="ORDER", required=True)
 
     def order(name: str, command: Callable[[argparse.Namespace], int], summary: str) -> Any:
-        added = orders.add_parser(
-            name, help=summary, description=f"{summary[0].upper()}{summary[1:]}."
-        )
+        description = f"{summary[0].upper()}{summary[1:]}."
+        added = orders.add_parser(name, help=summary, description=description)
         added.add_argument(
             "--server", metavar="URL", default=ADDRESS, help="the server (default: %(default)s)"
         )
@@ -127,6 +126,7 @@ def _commission(options: argparse.Namespace) -> int:
         return _take(server, f"{place}/{options.step}", named)
     body = {"confirm": True} if options.confirm else None
     with _control(server) as lease:
+        # A step with torque, or by hand, only begins with this call.
         server.call("POST", f"{place}/{options.step}", body, lease.headers)
         shown = ""
         while (status := server.call("GET", place))["running"] or status["by_hand"]:
@@ -192,9 +192,9 @@ def _steps_in_words(status: dict[str, Any]) -> str:
     """Return the steps, one a line, and the changes that were taken."""
     lines = []
     for number, step in enumerate(status["steps"], start=1):
-        finding = step["finding"]["text"] if step["finding"] else ""
+        text = step["finding"]["text"] if step["finding"] else ""
         torque = "torque" if step["torque"] else ""
-        line = f"{number} {step['name']:12} {step['title']:26} {torque:7}{step['state']:8}{finding}"
+        line = f"{number} {step['name']:12} {step['title']:26} {torque:7}{step['state']:8}{text}"
         lines.append(line.rstrip())
     lines += [text for text in (status["damage"], status["other_drives"]) if text]
     if not status["other_drives"]:
@@ -238,6 +238,7 @@ def _run(options: argparse.Namespace) -> int:
         place = f"/sessions/{session['id']}"
         while (session := server.call("GET", place))["state"] in {"playing", "stopping"}:
             time.sleep(_POLL)
+        # The recording of a short motion may begin after its end.
         for _ in range(_WRITTEN):
             if session["run"] is not None:
                 break
@@ -283,17 +284,17 @@ def _switch_on(server: LabServer, lease: HeldLease, request: dict[str, Any]) -> 
 def _settled(server: LabServer, states: set[str]) -> str:
     """Wait for one of some states; return why it does not come, or nothing."""
     deadline = time.monotonic() + _UP_TIME
-    shown = ""
+    before = ""
     while True:
         status = server.call("GET", "/drive")
         if status["state"] in states and (status["state"] != "ready" or _in_phase(status)):
             return ""
-        if status["fault"] or (status["problem"] and status["problem"] == shown):
+        if status["fault"] or (status["problem"] and status["problem"] == before):
             return _ended(status)
         if time.monotonic() > deadline:
             return f"the drives are still {status['state']}"
-        shown = status["problem"]
-        time.sleep(1.0 if shown else _POLL)  # a problem of before goes once the drives are up
+        before = status["problem"]
+        time.sleep(1.0 if before else _POLL)  # a problem of before goes once the drives are up
 
 
 def _in_phase(status: dict[str, Any]) -> bool:

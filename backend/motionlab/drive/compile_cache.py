@@ -33,12 +33,8 @@ def source_hash(*patterns: str) -> str:
 class Kept:
     """Decorators of functions whose compiled code is kept.
 
-    Parameters
-    ----------
-    name : str
-        First part of the folder's name.
-    patterns : str
-        Files of this package whose change compiles anew: all that hold what the functions call.
+    `patterns` name the files of this package whose change compiles anew: all that hold what the
+    functions call.
     """
 
     def __init__(self, name: str, *patterns: str) -> None:

@@ -28,7 +28,7 @@ def _call(name: str, result: Any, *arguments: Any) -> Any:
     if _numba.config.DISABLE_JIT:
         function = getattr(ctypes.CDLL(None), name)
         function.restype, *function.argtypes = (_PLAIN[kind] for kind in (result, *arguments))
-        return lambda *given: function(*map(int, given))
+        return lambda *values: function(*map(int, values))
     return types.ExternalFunction(name, result(*arguments))
 
 

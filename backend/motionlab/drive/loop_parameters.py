@@ -37,21 +37,11 @@ _INVERSE, _SHARES = (parameter_row(f"force_model.sharing.{name}") for name in ("
 
 
 class LoopParameters(NamedTuple):
-    """One set of parameters.
+    """One set of parameters."""
 
-    Attributes
-    ----------
-    lanes : ndarray, shape (PARAMETER_ROWS, WIDTH)
-        Even lanes are x, odd lanes y.
-    tabled : ndarray of int64, shape (2,)
-        Whether x, and y, needs the kernel with tables.
-    tables : ndarray, shape (at most TABLE_NUMBERS,)
-        What the lanes refer to.
-    """
-
-    lanes: Array
-    tabled: NDArray[np.int64]
-    tables: Array
+    lanes: Array  # (PARAMETER_ROWS, WIDTH); even lanes are x, odd lanes y
+    tabled: NDArray[np.int64]  # whether x, and y, needs the kernel with tables
+    tables: Array  # at most TABLE_NUMBERS, which the lanes refer to
 
 
 def loop_parameters(scenario: Scenario, lanes: Array) -> LoopParameters:
@@ -59,14 +49,7 @@ def loop_parameters(scenario: Scenario, lanes: Array) -> LoopParameters:
 
     The tables of the controller's model and of its sharing function go with them. The plant's map
     is of the simulated machine: it is left out, and each axis is computed by the kernel that a
-    simulation computes it by.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        From `on_drives`, of one variant; errors name its fields.
-    lanes : ndarray, shape (PARAMETER_ROWS, WIDTH)
-        Its lane parameters.
+    simulation computes it by. Errors name fields of `scenario`, which is from `on_drives`.
 
     Raises
     ------
@@ -83,6 +66,7 @@ def loop_parameters(scenario: Scenario, lanes: Array) -> LoopParameters:
     for axis, name in enumerate(AXES):
         for row, size in _tables(lanes[:, axis]):
             first = lanes[row, axis]
+            # The axes share a table where their maps are the same: it goes along once.
             if first not in places:
                 places[first] = sum(piece.size for piece in pieces)
                 pieces.append(TABLES.values[int(first) : int(first) + size])

@@ -66,16 +66,9 @@ def on_drives(scenario: Scenario, variant: str | None) -> Scenario:
 
 
 class DriveMotion:
-    """One motion on drives, tick by tick as it comes.
+    """One motion on drives, tick by tick as it comes; its scenario is from `on_drives`.
 
-    Parameters
-    ----------
-    prepared : Prepared
-        From `on_drives`, checked.
-    link : DriveLink
-        The drives.
-    number : int
-        Number of the motion; grows from one to the next.
+    `number` grows from one motion to the next.
     """
 
     def __init__(self, prepared: Prepared, link: DriveLink, number: int) -> None:
@@ -139,10 +132,7 @@ class DriveMotion:
     def begin(self, stops: int | None = None) -> None:
         """Approach the start of the trajectory, follow it, and brake where it ends at speed.
 
-        Parameters
-        ----------
-        stops : int, optional
-            As `DriveLink.order` takes it.
+        `stops` is as of `DriveLink.order`.
 
         Raises
         ------
@@ -202,12 +192,8 @@ class DriveMotion:
         """Put parameters in effect at the drives' next tick, and return that.
 
         It is the tick of the motion that the loop itself reports; 0 on the way to the start, the
-        motion's end where the position is held after it.
-
-        Parameters
-        ----------
-        changes : sequence of (int, Scenario, ndarray)
-            As `Simulation.adopt` takes them; those after the first are in effect at their ticks.
+        motion's end where the position is held after it. Changes after the first are in effect at
+        their own ticks.
 
         Raises
         ------
@@ -298,6 +284,7 @@ def _schedule_on_drives(schedule: Sequence[EventConfig], variant: str) -> tuple[
     wrong: list[FieldError] = []
     earliest = _LEAST
     for index, event in sorted(enumerate(schedule), key=lambda item: item[1].time):
+        # Drives run one variant: changes of the others are left out, not refused.
         others = re.compile(rf"variants\.(?!{variant}\b)")
         changes = {path: value for path, value in event.set.items() if not others.match(path)}
         if not changes:
@@ -307,10 +294,10 @@ def _schedule_on_drives(schedule: Sequence[EventConfig], variant: str) -> tuple[
         except ConfigError as error:
             wrong += error.errors
         if to_ticks(event.time) < to_ticks(earliest):
-            told = "drives need some time after the start and from one change to the next"
+            text = "drives need some time after the start and from one change to the next"
             bounds = {"minimum": earliest}
             place = f"schedule.{index}.time"
-            wrong.append(FieldError(place, told, event.time, bounds=bounds, unit="s"))
+            wrong.append(FieldError(place, text, event.time, bounds=bounds, unit="s"))
         earliest = event.time + _LEAST
         kept.append(event.model_copy(update={"set": changes}))
     if wrong:
@@ -320,15 +307,6 @@ def _schedule_on_drives(schedule: Sequence[EventConfig], variant: str) -> tuple[
 
 def changes_on_drives(changes: Mapping[str, Any], variant: str, loc: str = "set") -> dict[str, Any]:
     """Return changes of a motion as drives carry them out: a controller acts a period later.
-
-    Parameters
-    ----------
-    changes : mapping of str to value
-        Dotted path to value.
-    variant : str
-        The one that the drives run.
-    loc : str
-        What errors name before the path.
 
     Raises
     ------
@@ -421,6 +399,7 @@ def minimum_jerk(start: Array, end: Array, *, velocity: Array, acceleration: Arr
     most = RUN_TICKS_MAX * CONTROL_PERIOD
     if seconds > most:
         raise LinkError(f"the way to the start takes {seconds:.0f} s; at most {most:.0f} s")
+    # Rounded up to whole ticks, so that the limits hold.
     ticks = int(np.ceil(seconds / CONTROL_PERIOD))
     seconds = ticks * CONTROL_PERIOD
     u = (np.arange(ticks) / ticks)[:, None]

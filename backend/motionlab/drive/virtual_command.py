@@ -248,9 +248,9 @@ def _run(options: argparse.Namespace) -> int:
         priority=options.priority,
         slow=options.slow,
     ) as server:
-        place = {"at": where, "port": server.port, "control_port": server.control_port}
+        ports = {"at": where, "port": server.port, "control_port": server.control_port}
         if options.json:
-            print(json.dumps(place), flush=True)
+            print(json.dumps(ports), flush=True)
         else:
             at = f"{where}:{server.port}" if server.port else where
             print(

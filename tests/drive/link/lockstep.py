@@ -73,7 +73,7 @@ class _Wire:
         """Return the answer to a frame of bytes, or None where none comes back."""
         came = np.array(np.frombuffer(sent, np.uint8))
         there = answer(self.segment.arrays, came, 0, len(came), now)
-        if self._mail.any() or self._errors.tolist() != self.segment._mail._told:
+        if self._mail.any() or self._errors.tolist() != self.segment._mail._errors_sent:
             self.segment.serve_mail()
         return came if there else None
 
@@ -179,7 +179,7 @@ class Lockstep:
             if name != "tables":  # an address
                 self.segment.arrays[name][...] = other.segment.arrays[name]
         mine, theirs = self.segment._mail, other.segment._mail
-        mine._last, mine._told = theirs._last.copy(), theirs._told.copy()
+        mine._last, mine._errors_sent = theirs._last.copy(), theirs._errors_sent.copy()
         for dictionary, known in zip(mine._dictionaries, theirs._dictionaries, strict=True):
             dictionary._pdo_counts.update(known._pdo_counts)
         same = {id(each): each for each in (other.config, self.segment)}

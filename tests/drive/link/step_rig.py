@@ -36,7 +36,7 @@ class LockstepLink(DriveLink):
         self.loop = loop
         self.config: DriveConfig = loop.config
         self._shared = loop.shared
-        self.found = [{"serial": n + 1} for n, _ in enumerate(loop.config.nodes)]
+        self.identities = [{"serial": n + 1} for n, _ in enumerate(loop.config.nodes)]
         self._lock = threading.RLock()
         self._stops = threading.Lock()
         self._loads = 0

@@ -15,13 +15,7 @@ TRAVEL = 500e-6
 
 
 class ByHand:
-    """A mover that is pushed by hand, and which way each axis was moved first.
-
-    Parameters
-    ----------
-    start : sequence of float
-        Position of x and y, m.
-    """
+    """A mover pushed by hand from a position, m, and which way each axis was moved first."""
 
     def __init__(self, start: Sequence[float]) -> None:
         self._start = tuple(start)
@@ -47,25 +41,27 @@ class ByHand:
                 self.travel[axis] = moved
 
 
-def find_drives(config: DriveConfig, found: Sequence[dict[str, Any]]) -> Finding:
+def find_drives(config: DriveConfig, drives: Sequence[dict[str, Any]]) -> Finding:
     """Return what was found on the bus."""
     expected = len(config.nodes)
-    right = len(found) == expected
-    names = ", ".join(dict.fromkeys(drive["name"] for drive in found))
+    right = len(drives) == expected
+    names = ", ".join(dict.fromkeys(drive["name"] for drive in drives))
     return Finding(
         at=time.time(),
         holds=right,
-        text=f"{len(found)} of {expected} found, in OP: {names}",
+        text=f"{len(drives)} of {expected} found, in OP: {names}",
     )
 
 
-def compare_identity(config: DriveConfig, found: Sequence[dict[str, Any]]) -> Finding:
+def compare_identity(config: DriveConfig, drives: Sequence[dict[str, Any]]) -> Finding:
     """Return identity, rated current and limits of each drive beside the configuration."""
     rows, matching = [], 0
-    for number, (node, drive) in enumerate(zip(config.nodes, found, strict=True), start=1):
+    for number, (node, drive) in enumerate(zip(config.nodes, drives, strict=True), start=1):
         name = f"{number} {node.axis} {node.phase}"
         right = (drive["vendor"], drive["product"]) == (node.vendor, node.product)
-        right = right and abs(drive["rated_current"] - node.rated_current) < 1e-3
+        right = (
+            right and abs(drive["rated_current"] - node.rated_current) < 1e-3
+        )  # the drive reports mA
         matching += right
         rows.append(
             FoundFigure(
@@ -80,8 +76,8 @@ def compare_identity(config: DriveConfig, found: Sequence[dict[str, Any]]) -> Fi
             FoundFigure(
                 name=f"{name}, {limit['name']}",
                 found=str(limit["read"]),
-                expected=str(limit["asked"]),
-                holds=limit["read"] == limit["asked"],
+                expected=str(limit["written"]),
+                holds=limit["read"] == limit["written"],
             )
             for limit in drive["limits"]
         ]
@@ -91,7 +87,7 @@ def compare_identity(config: DriveConfig, found: Sequence[dict[str, Any]]) -> Fi
     return Finding(
         at=time.time(),
         holds=all(row.holds for row in rows),
-        text=f"{matching} of {len(found)} match; {rated} rated; "
+        text=f"{matching} of {len(drives)} match; {rated} rated; "
         f"{held} of {len(limits)} limits as asked for",
         rows=rows,
     )
@@ -102,7 +98,7 @@ def judge_encoders(config: DriveConfig, by_hand: ByHand) -> Finding:
     rows, changes = [], []
     for axis, travel in zip(AXES, by_hand.travel, strict=True):
         direction = getattr(config, axis).direction
-        right = travel is not None and travel > 0
+        right = travel is not None and travel > 0  # both are pushed towards positive positions
         rows.append(
             FoundFigure(
                 name=axis,

@@ -50,17 +50,17 @@ def commutation_offset(run: StepRun) -> Finding:
         If it was ended before.
     """
     model = reference_model()
-    found = Findings()
+    findings = Findings()
     for index, axis in enumerate(AXES):
         field = Field(axis, model)
         with run.part(index / len(AXES), (index + 1) / len(AXES), f"{axis}: from phase to phase"):
             at = _visited(run, index, field)
-        wrong = _order(axis, np.diff(at[:3]), np.diff(at[2:]), field.pitch, found)
+        wrong = _order(axis, np.diff(at[:3]), np.diff(at[2:]), field.pitch, findings)
         if wrong:
-            found.tell(wrong)
+            findings.tell(wrong)
         else:
-            _offset(getattr(run.config, axis).offset, axis, at, field, found)
-    return found.finding()
+            _offset(getattr(run.config, axis).offset, axis, at, field, findings)
+    return findings.finding()
 
 
 def _visited(run: StepRun, index: int, field: Field) -> Array:
@@ -84,12 +84,12 @@ def _visited(run: StepRun, index: int, field: Field) -> Array:
     return at
 
 
-def _order(axis: str, up: Array, down: Array, pitch: float, found: Findings) -> str:
+def _order(axis: str, up: Array, down: Array, pitch: float, findings: Findings) -> str:
     """Note the order of the phases; return what is wrong with it, or nothing."""
     moves = np.concatenate((up, -down)) / (pitch / 3.0)
     right = bool(((moves > _FOLLOWS[0]) & (moves < _FOLLOWS[1])).all())
     third = 1e3 * pitch / 3.0
-    found.row(
+    findings.row(
         f"{axis}, from phase to phase",
         found=f"{third * moves.min():+.2f} to {third * moves.max():+.2f} mm",
         expected=f"{third:+.2f} mm",
@@ -107,25 +107,27 @@ def _order(axis: str, up: Array, down: Array, pitch: float, found: Findings) -> 
     return f"{axis}: the mover does not follow everywhere; is an end stop within a pitch?"
 
 
-def _offset(now: float, axis: str, at: Array, field: Field, found: Findings) -> None:
+def _offset(now: float, axis: str, at: Array, field: Field, findings: Findings) -> None:
     """Note the commutation offset beside the configured one, and what would have to change."""
     pitch = field.pitch
+    # Friction stalls the mover on either side of the aligned position.
     b, c, a = (at[0] + at[4]) / 2, (at[1] + at[3]) / 2, (at[2] - pitch + at[5]) / 2
     expected = [field.position(phase) for phase in range(3)]
     turns = [(place - right) / pitch for place, right in zip((a, b, c), expected, strict=True)]
+    # A mean of angles: half a pitch up and half a pitch down are the same place.
     mean = float(np.angle(np.mean(np.exp(2j * np.pi * np.array(turns))))) / (2 * math.pi)
     apart = [math.remainder(turn - mean, 1.0) for turn in turns]
     stall = float(np.mean(np.array([at[4] - at[0], at[3] - at[1], at[5] + pitch - at[2]]))) / 2
     worst = max(apart, key=abs)
     agree = abs(worst) <= SPREAD
     close = abs(mean) <= TOLERANCE
-    found.row(
+    findings.row(
         f"{axis}, position beside the aligned one",
         found=f"{1e3 * pitch * mean:+.3f} mm",
         expected=f"within {1e3 * pitch * TOLERANCE:.3f} mm",
         holds=close,
     )
-    found.row(
+    findings.row(
         f"{axis}, phases among each other",
         found=f"{1e3 * pitch * worst:+.3f} mm ({PHASES[apart.index(worst)]}), "
         f"friction stalls {1e3 * stall:.2f} mm short",
@@ -133,9 +135,9 @@ def _offset(now: float, axis: str, at: Array, field: Field, found: Findings) -> 
         holds=agree,
     )
     if not agree:
-        found.tell(f"{axis}: the phases do not agree on an offset")
+        findings.tell(f"{axis}: the phases do not agree on an offset")
     elif close:
-        found.tell(f"{axis}: offset right within {1e3 * pitch * abs(mean):.3f} mm")
+        findings.tell(f"{axis}: offset right within {1e3 * pitch * abs(mean):.3f} mm")
     else:
-        found.change(f"{axis}.offset", now=now, then=round(now - pitch * mean, 7))
-        found.tell(f"{axis}: offset wrong by {1e3 * pitch * mean:+.3f} mm")
+        findings.change(f"{axis}.offset", now=now, then=round(now - pitch * mean, 7))
+        findings.tell(f"{axis}: offset wrong by {1e3 * pitch * mean:+.3f} mm")

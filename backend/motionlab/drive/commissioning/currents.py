@@ -38,35 +38,36 @@ def phase_currents(run: StepRun) -> Finding:
     held = []
     for number, node in enumerate(config.nodes):
         begin = number * len(pulse)
-        asked = SHARE * getattr(config, node.axis).current_max
+        command = SHARE * getattr(config, node.axis).current_max
         place = PHASES.index(node.phase), AXES.index(node.axis)
-        table[begin : begin + len(pulse), *place] = asked * pulse
-        held.append((slice(begin + ramp + hold // 2, begin + ramp + hold), asked, place))
+        table[begin : begin + len(pulse), *place] = command * pulse
+        # Judged over the second half, where the current has settled.
+        held.append((slice(begin + ramp + hold // 2, begin + ramp + hold), command, place))
     pitches = [Field(axis, model).pitch for axis in AXES]
     with run.part(0.0, 1.0, "each phase alone, one after the other"):
         traced = run.test(OpenLoopTest(table, travel=(pitches[0], pitches[1])))
     rows, wrong = [], []
-    for number, (node, (window, asked, place)) in enumerate(
+    for number, (node, (window, command, place)) in enumerate(
         zip(config.nodes, held, strict=True), start=1
     ):
-        found = np.nanmean(traced.current[window], axis=0)
-        own = float(found[place])
-        found[place] = 0.0
-        other = float(np.abs(found).max())
-        follows = abs(own - asked) <= TOLERANCE * asked
-        alone = other <= TOLERANCE * asked
+        currents = np.nanmean(traced.current[window], axis=0)
+        own = float(currents[place])
+        currents[place] = 0.0
+        other = float(np.abs(currents).max())
+        follows = abs(own - command) <= TOLERANCE * command
+        alone = other <= TOLERANCE * command
         name = f"{number} {node.axis} {node.phase}"
         if not follows:
             wrong.append(f"drive {number} ({node.axis} {node.phase}) does not follow")
         if not alone:
-            at, axis = np.unravel_index(int(np.abs(found).argmax()), found.shape)
+            at, axis = np.unravel_index(int(np.abs(currents).argmax()), currents.shape)
             place_of = f"{AXES[int(axis)]} {PHASES[int(at)]}"
             wrong.append(f"{place_of} has current while only {name[2:]} should")
         rows.append(
             FoundFigure(
                 name=name,
                 found=f"{own:.3f} A, others up to {other:.3f} A",
-                expected=f"{asked:.3f} A, others below {TOLERANCE * asked:.3f} A",
+                expected=f"{command:.3f} A, others below {TOLERANCE * command:.3f} A",
                 holds=follows and alone,
             )
         )

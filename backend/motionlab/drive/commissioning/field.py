@@ -38,15 +38,7 @@ def reference_model() -> ModelConfig:
 
 
 class Field:
-    """Pole pitch and aligned positions of an axis, as the force map of the controller has them.
-
-    Parameters
-    ----------
-    axis : str
-        x or y.
-    model : ModelConfig
-        Of `reference_model`.
-    """
+    """Pole pitch and aligned positions of an axis, as the force map of the controller has them."""
 
     def __init__(self, axis: str, model: ModelConfig) -> None:
         force_map = getattr(model, axis).force_map

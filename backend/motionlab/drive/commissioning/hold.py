@@ -98,9 +98,10 @@ def _judged(run: StepRun, index: int, traced: Traced, turn: int) -> list[FoundFi
     half = ticks_of(REST / 2)
     still = [position[half : 2 * half], position[turn - half : turn], position[-half:]]
     begin, there, _ = (float(np.nanmean(part)) for part in still)
-    asked = position[0] + traced.error[0, index]
+    # The reference: position and following error together.
+    start = position[0] + traced.error[0, index]
     way = there - begin
-    meant = float(np.nanmean((position + traced.error[:, index])[turn - half : turn]) - asked)
+    meant = float(np.nanmean((position + traced.error[:, index])[turn - half : turn]) - start)
     largest = float(np.nanmax(error))
     quiver = max(float(np.nanmax(part) - np.nanmin(part)) for part in still)
     bound = _WINDOW * config.following_error

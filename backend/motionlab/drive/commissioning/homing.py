@@ -48,12 +48,12 @@ def find_stops(run: StepRun) -> Finding:
         If it was ended before.
     """
     model = reference_model()
-    found = Findings()
+    findings = Findings()
     for index, axis in enumerate(AXES):
         field = Field(axis, model)
         ends = _ends(run, index, field)
-        _judge(getattr(run.config, axis), axis, ends, field.pitch, found)
-    return found.finding()
+        _judge(getattr(run.config, axis), axis, ends, field.pitch, findings)
+    return findings.finding()
 
 
 def _ends(run: StepRun, index: int, field: Field) -> _Ends:
@@ -62,15 +62,15 @@ def _ends(run: StepRun, index: int, field: Field) -> _Ends:
     config = getattr(run.config, axis)
     stroke = config.position_max - config.position_min + BEYOND
     begin, third = index / len(AXES), 1.0 / len(AXES) / 3.0
-    found: list[float | None] = []
+    ends: list[float | None] = []
     for number, (way, end) in enumerate(((1, "positive"), (-1, "negative"))):
         share = begin + number * third
         with run.part(share, share + third, f"{axis}: to its {end} end stop"):
             traced = _drawn(run, index, field, way * stroke, may_rest=True)
-        found.append(_last(traced, index) if traced.at_stop else None)
+        ends.append(_last(traced, index) if traced.at_stop else None)
         if not traced.at_stop:
-            return _Ends(None, *found) if number == 0 else _Ends(*reversed(found))
-    high, low = found
+            return _Ends(None, *ends) if number == 0 else _Ends(*reversed(ends))
+    high, low = ends
     assert low is not None
     assert high is not None
     with run.part(begin + 2 * third, begin + 3 * third, f"{axis}: to the middle"):
@@ -97,53 +97,56 @@ def _last(traced: Traced, index: int) -> float:
     return float(np.nanmedian(traced.position[-ticks_of(REST / 4) :, index]))
 
 
-def _judge(config: DriveAxisConfig, axis: str, ends: _Ends, pitch: float, found: Findings) -> None:
+def _judge(
+    config: DriveAxisConfig, axis: str, ends: _Ends, pitch: float, findings: Findings
+) -> None:
     """Compare the ends that were found with the limits of position."""
     low, high = ends
     expected = f"beyond {1e3 * config.position_min:.1f} to {1e3 * config.position_max:.1f} mm"
     if low is None or high is None:
         side = "positive" if high is None else "negative"
         reach = 1e3 * (config.position_max - config.position_min + BEYOND)
-        found.row(f"{axis}, end stops", found=f"no {side} one", expected=expected, holds=False)
-        found.tell(f"{axis}: no {side} end stop within {reach:.0f} mm")
+        findings.row(f"{axis}, end stops", found=f"no {side} one", expected=expected, holds=False)
+        findings.tell(f"{axis}: no {side} end stop within {reach:.0f} mm")
         return
     stroke, middle = high - low, (low + high) / 2
     off = middle - (config.position_min + config.position_max) / 2
+    # Whole pitches off, the offset is wrong; part of a pitch off, the limits or the stops are.
     pitches = round(off / pitch)
     wide = stroke >= config.position_max - config.position_min
     sure = abs(off - pitches * pitch) <= _DOUBT * pitch
     shift = pitches * pitch
     inside = low - shift <= config.position_min and high - shift >= config.position_max
-    found.row(
+    findings.row(
         f"{axis}, end stops",
         found=f"{1e3 * low:.2f} to {1e3 * high:.2f} mm, stroke {1e3 * stroke:.2f} mm",
         expected=expected,
         holds=wide and inside and pitches == 0,
     )
-    found.row(
+    findings.row(
         f"{axis}, middle beside that of the limits",
         found=f"{1e3 * off:+.2f} mm" + (f", {_in_pitches(pitches)}" if pitches else ""),
         expected=f"within {1e3 * _DOUBT * pitch:.2f} mm",
         holds=sure and pitches == 0,
     )
     if not wide:
-        found.tell(
+        findings.tell(
             f"{axis}: stopped after {1e3 * stroke:.2f} mm, less than its limits are apart; "
             "is something in its way, or are the limits too wide?"
         )
     elif not sure:
-        found.tell(
+        findings.tell(
             f"{axis}: the middle is {1e3 * off:+.2f} mm off, no multiple of the pitch; "
             "are the limits those of this machine?"
         )
     elif pitches:
         then = round(config.offset - shift, 7)
-        found.change(f"{axis}.offset", now=config.offset, then=then)
-        found.tell(f"{axis}: offset wrong by {_in_pitches(pitches)}")
+        findings.change(f"{axis}.offset", now=config.offset, then=then)
+        findings.tell(f"{axis}: offset wrong by {_in_pitches(pitches)}")
     elif not inside:
-        found.tell(f"{axis}: an end stop lies within the limits of position")
+        findings.tell(f"{axis}: an end stop lies within the limits of position")
     else:
-        found.tell(f"{axis}: stroke {1e3 * stroke:.2f} mm, offset right")
+        findings.tell(f"{axis}: stroke {1e3 * stroke:.2f} mm, offset right")
 
 
 def _in_pitches(count: int) -> str:

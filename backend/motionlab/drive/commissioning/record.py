@@ -127,7 +127,7 @@ class Findings:
     def __init__(self) -> None:
         self.rows: list[FoundFigure] = []
         self.changes: list[ConfigChange] = []
-        self._told: list[str] = []
+        self._texts: list[str] = []
 
     def row(self, name: str, *, found: str, expected: str, holds: bool) -> None:
         """Add a figure beside what is expected."""
@@ -139,14 +139,14 @@ class Findings:
 
     def tell(self, text: str) -> None:
         """Add to the line of text."""
-        self._told.append(text)
+        self._texts.append(text)
 
     def finding(self) -> Finding:
         """Return all of it; it holds where every figure does."""
         return Finding(
             at=time.time(),
             holds=all(row.holds for row in self.rows),
-            text="; ".join(self._told),
+            text="; ".join(self._texts),
             rows=self.rows,
             changes=self.changes,
         )

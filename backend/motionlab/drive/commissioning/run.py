@@ -44,21 +44,9 @@ class Traced(NamedTuple):
 class StepRun:
     """One step with torque: what it does on the drives, and how it is stopped.
 
-    Parameters
-    ----------
-    link : DriveLink
-        The drives.
-    number : callable
-        Returns the number of a further motion.
-    report : callable
-        Called with the share that is done, and what is done, in words.
-    wait : callable
-        Waits for some seconds.
-
-    Attributes
-    ----------
-    stops : int
-        Stops that there had been when it began; it ends with the next one.
+    `number` returns the number of a further motion; `report` is called with the share that is done
+    and what is done, in words. The step ends with the first stop beyond `stops`, those that there
+    had been when it began.
     """
 
     def __init__(
@@ -137,12 +125,7 @@ class StepRun:
                 self.link.stop()
 
     def follow(self, reference: Array) -> Traced:
-        """Follow a reference while the position is held, and return what was measured.
-
-        Parameters
-        ----------
-        reference : ndarray, shape (ticks, 3, 2)
-            As `DriveLink.start` takes it.
+        """Follow a reference, as of `DriveLink.start`, and return what was measured.
 
         Raises
         ------

@@ -39,21 +39,8 @@ _SHOWN_BY: dict[str, StepName] = {"direction": "encoders", "offset": "commutatio
 class Commissioning:
     """The steps of one drive link and what they found.
 
-    Parameters
-    ----------
-    file : DriveConfig
-        The link, as its file has it.
-    path : Path
-        File of the document.
-
-    Attributes
-    ----------
-    record : CommissioningRecord
-        The document.
-    by_hand : ByHand or None
-        A mover that is being pushed by hand.
-    damage : str
-        Why the file of the document was not taken, until another one is written; or nothing.
+    `file` is the link as its file has it, `path` the file of the document. `damage` says why that
+    was not taken, until another one is written; or nothing.
     """
 
     def __init__(self, file: DriveConfig, path: Path) -> None:
@@ -87,12 +74,12 @@ class Commissioning:
     @property
     def other_drives(self) -> str:
         """Why the document is not of the drives that were found; or nothing."""
-        commissioned, found = self.record.serials, self._serials
-        if self.record.empty or not found or found == commissioned:
+        commissioned, serials = self.record.serials, self._serials
+        if self.record.empty or not serials or serials == commissioned:
             return ""
         return (
             "the drives are not those that were commissioned: serial numbers "
-            f"{_listed(commissioned)} commissioned, {_listed(found)} found"
+            f"{_listed(commissioned)} commissioned, {_listed(serials)} found"
         )
 
     def follow(self, serials: Sequence[int]) -> None:
@@ -205,17 +192,18 @@ class Commissioning:
             key = seal.read_key(self._key_path)
         except OSError as error:
             raise failure(f"{self._key_path.name} cannot be read", error) from error
+        # Before all else: serial numbers of a document that was changed prove nothing.
         if not seal.holds(record, key):
-            told = (
+            text = (
                 "the document was changed since it was found, or another server found it: load it "
                 "as it was written, or do the steps on these drives"
             )
-            raise ConfigError(FieldError("seal", told))
+            raise ConfigError(FieldError("seal", text))
         if record.serials != self._serials:
-            found = _listed(self._serials) if self._serials else "no drives yet"
+            present = _listed(self._serials) if self._serials else "no drives yet"
             raise LinkError(
                 "this document is of drives with the serial numbers "
-                f"{_listed(record.serials)}; found are {found}"
+                f"{_listed(record.serials)}; found are {present}"
             )
         for change in record.taken:
             if not self._fits(change):
@@ -232,9 +220,9 @@ class Commissioning:
             content = record.model_dump_json(indent=2).encode()
             if len(content) > _FILE_MAX:
                 bounds = {"maximum": float(_FILE_MAX)}
-                told = "the document is too long"
+                text = "the document is too long"
                 raise ConfigError(
-                    FieldError("findings", told, len(content), bounds=bounds, unit="B")
+                    FieldError("findings", text, len(content), bounds=bounds, unit="B")
                 )
             if self._of_others:
                 self._put_aside("other")
@@ -277,6 +265,7 @@ class Commissioning:
             _LOG.warning("%s: %.300s", self._path, error)
             return
         self.record = record
+        # The seal is of the whole document, so one with less in it needs another.
         if taken != record.taken and self._key:
             findings = self._still_hold(record)
             lapsed = record.model_copy(update={"taken": taken, "findings": findings})
@@ -290,7 +279,7 @@ class Commissioning:
             if value_at(self._file, change.path) not in {change.now, change.then}
         ]
         kept = ORDER[: min(edited, default=None)]
-        return {name: found for name, found in record.findings.items() if name in kept}
+        return {name: finding for name, finding in record.findings.items() if name in kept}
 
     def _refuse_file(self, what: str, why: str) -> None:
         """Put the file aside, and say why none of it is in effect."""

@@ -16,24 +16,12 @@ from motionlab.drive.link.shared import RUN_TICKS_MAX, TEST_CURRENT
 
 @dataclass(frozen=True)
 class OpenLoopTest:
-    """An open-loop test.
+    """Phase currents tick by tick, without a controller, and how far they may move the axes."""
 
-    Attributes
-    ----------
-    currents : ndarray, shape (ticks, 3, 2)
-        Of the phases a, b, c of x and y, A.
-    travel : tuple of float
-        How far x and y may go from where it begins, m.
-    rest_ticks : int
-        It ends once an axis with current has rested for more than that; 0 for never.
-    rest_from : int
-        First tick that counts as rest.
-    """
-
-    currents: NDArray[np.float64]
-    travel: tuple[float, float]
-    rest_ticks: int = 0
-    rest_from: int = 0
+    currents: NDArray[np.float64]  # (ticks, 3, 2), of the phases a, b, c of x and y, A
+    travel: tuple[float, float]  # of x and y from where it begins, m
+    rest_ticks: int = 0  # at rest with current, after which it ends; 0 for never
+    rest_from: int = 0  # first tick that counts as rest
 
 
 def check_test(test: OpenLoopTest, config: DriveConfig) -> None:
@@ -56,13 +44,6 @@ def check_test(test: OpenLoopTest, config: DriveConfig) -> None:
 def check_reference(reference: NDArray[np.float64], config: DriveConfig) -> None:
     """Refuse a motion that is too long, or beyond the limits of position and speed.
 
-    Parameters
-    ----------
-    reference : ndarray, shape (ticks, 3, 2)
-        Position, velocity, acceleration of x and y.
-    config : DriveConfig
-        Its limits.
-
     Raises
     ------
     LinkError
@@ -73,6 +54,7 @@ def check_reference(reference: NDArray[np.float64], config: DriveConfig) -> None
             f"the motion takes {len(reference) * CONTROL_PERIOD:.0f} s; "
             f"at most {RUN_TICKS_MAX * CONTROL_PERIOD:.0f} s"
         )
+    # Before the limits, with which every comparison of NaN is false.
     if not np.isfinite(reference).all():
         raise LinkError("the motion has a reference that is not a number")
     for i, name in enumerate(AXES):

@@ -91,10 +91,10 @@ _DELAY_MAX = 10_000  # ns, of a line of six drives
 
 
 class Limit(NamedTuple):
-    """A limit of a drive: what was asked for, and what it says that it has."""
+    """A limit of a drive, as it was written and as it was read back."""
 
     name: str
-    asked: int
+    written: int
     read: int
 
 
@@ -105,8 +105,8 @@ class Identity(NamedTuple):
     product: int
 
 
-class Found(NamedTuple):
-    """What one drive says of itself."""
+class DriveIdentity(NamedTuple):
+    """Identity, rated current and limits of a drive, as it reports them."""
 
     vendor: int
     product: int
@@ -129,25 +129,13 @@ class Parameter(NamedTuple):
 
 @dataclass
 class BringUp:
-    """A bus on its way up.
-
-    Attributes
-    ----------
-    answers : list of Identity
-        Who answers, in the order of the bus.
-    found : list of Found
-        The drives, in the order of the bus.
-    sync_start : int
-        System time of a SYNC0, ns; 0 without distributed clocks.
-    steps : list of str
-        What has been done, in words.
-    """
+    """A bus on its way up; lists are in the order of the bus."""
 
     carrier: Carrier
     config: DriveConfig
-    answers: list[Identity] = field(default_factory=list)
-    found: list[Found] = field(default_factory=list)
-    sync_start: int = 0
+    answers: list[Identity] = field(default_factory=list)  # who answers, as expected or not
+    identities: list[DriveIdentity] = field(default_factory=list)
+    sync_start: int = 0  # system time of a SYNC0, ns; 0 without distributed clocks
     steps: list[str] = field(default_factory=list)
     _mailboxes: list[Mailbox] = field(default_factory=list)
 
@@ -192,14 +180,14 @@ class BringUp:
         """Go to PREOP, write the start-up list, and set clocks, mappings and watchdog."""
         self._mailboxes = [self._open_mailbox(node) for node in range(NODES)]
         self._change(PREOP)
-        self.found = [self._identify(node) for node in range(NODES)]
+        self.identities = [self._identify(node) for node in range(NODES)]
         for node, config in enumerate(self.config.nodes):
             for parameter in startup_list(self.config, config):
                 self._mailboxes[node].download(
                     parameter.index, parameter.subindex, parameter.value, parameter.size
                 )
             limits = tuple(self._read_back(node, each) for each in limits_of(self.config, config))
-            self.found[node] = self.found[node]._replace(limits=limits)
+            self.identities[node] = self.identities[node]._replace(limits=limits)
         self.steps.append("parameters written, limits read back")
         if self.config.link.distributed_clocks:
             self._set_clocks()
@@ -207,7 +195,9 @@ class BringUp:
         for node in range(NODES):
             self._map(node)
         counts = round(self.config.link.watchdog / WATCHDOG_TICK)
-        self._broadcast(REGISTER_WATCHDOG_DIVIDER, 2498)
+        self._broadcast(
+            REGISTER_WATCHDOG_DIVIDER, 2498
+        )  # ticks of 100 us, in units of 40 ns less 2
         self._broadcast(REGISTER_WATCHDOG_PROCESS_DATA, counts)
         self._change(SAFEOP)
         self.steps.append("SAFEOP")
@@ -216,7 +206,7 @@ class BringUp:
         """Exchange process data without torque until every drive is in OP."""
         outputs = struct.pack("<HhbB", 0, 0, CYCLIC_TORQUE, 0) * NODES
         deadline = time.monotonic() + _STATE_TIMEOUT
-        asked = False
+        op_requested = False
         distribute = ARMW if self.sync_start else NOP
         while True:
             answer = self.carrier.exchange(
@@ -227,11 +217,12 @@ class BringUp:
             )
             clocks_run = int.from_bytes(answer[3].data, "little") >= self.sync_start + _SETTLE
             counters = answer[0].working_counter, answer[1].working_counter
-            if not asked and counters[1] == NODES and (clocks_run or not self.sync_start):
+            # A drive refuses OP before it has outputs and, with clocks, SYNC0.
+            if not op_requested and counters[1] == NODES and (clocks_run or not self.sync_start):
                 self._broadcast(REGISTER_AL_CONTROL, OP)
-                asked = True
+                op_requested = True
             (status,) = struct.unpack("<H", answer[2].data)
-            if asked and status & AL_ERROR:
+            if op_requested and status & AL_ERROR:
                 self._explain(OP)
             if status == OP and counters == (NODES, NODES):
                 self.steps.append("OP")
@@ -269,10 +260,10 @@ class BringUp:
     def _clear(self, register: int, size: int) -> None:
         self.carrier.exchange(Datagram(BWR, 0, register, bytes(size)))
 
-    def _expect(self, node: int, what: str, expected: int, found: int) -> None:
-        if expected != found:
+    def _expect(self, node: int, what: str, expected: int, actual: int) -> None:
+        if expected != actual:
             raise LinkError(
-                f"nodes.{node}.{what}: drive {node + 1} is {found:#x}, {expected:#x} expected"
+                f"nodes.{node}.{what}: drive {node + 1} is {actual:#x}, {expected:#x} expected"
             )
 
     def _change(self, state: int) -> None:
@@ -332,34 +323,34 @@ class BringUp:
         register = REGISTER_SYNC_MANAGER + 8 * manager
         self._one(Datagram(FPWR, STATION + node, register, setting))
 
-    def _identify(self, node: int) -> Found:
+    def _identify(self, node: int) -> DriveIdentity:
         box = self._mailboxes[node]
-        found = Found(
+        identity = DriveIdentity(
             *(box.number(0x1018, i) for i in (1, 2, 3, 4)),
             name=box.upload(0x1008).rstrip(b"\0").decode("ascii", "replace"),
             rated_current=box.number(0x6075) / _MILLI,
         )
         rated = self.config.nodes[node].rated_current
-        if abs(found.rated_current - rated) > 0.5 / _MILLI:
+        if abs(identity.rated_current - rated) > 0.5 / _MILLI:
             raise LinkError(
                 f"nodes.{node}.rated_current = {rated:g} A: drive {node + 1} says "
-                f"{found.rated_current:g} A; a command would be of another size than meant"
+                f"{identity.rated_current:g} A; a command would be of another size than meant"
             )
         if not box.number(0x6502) >> (CYCLIC_TORQUE - 1) & 1:
             raise LinkError(f"drive {node + 1} has no cyclic synchronous torque mode")
-        return found
+        return identity
 
     def _read_back(self, node: int, parameter: Parameter) -> Limit:
         """Return a limit as the drive has it; refuse a drive that did not take it."""
-        index, subindex, size, asked, meaning = parameter
+        index, subindex, size, written, meaning = parameter
         data = self._mailboxes[node].upload(index, subindex)
         read = int.from_bytes(data[:size], "little", signed=index == _POSITION_LIMIT)
         name = f"object {index:04X}:{subindex:02X}, {meaning}"
-        if read != asked:
+        if read != written:
             raise LinkError(
-                f"drive {node + 1} did not take {name}: {asked} written, {read} read back"
+                f"drive {node + 1} did not take {name}: {written} written, {read} read back"
             )
-        return Limit(name, asked, read)
+        return Limit(name, written, read)
 
     def _set_clocks(self) -> None:
         """Measure the delays along the bus, set offsets, and start SYNC0 in every drive."""

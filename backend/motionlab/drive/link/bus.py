@@ -77,18 +77,8 @@ class Inputs(NamedTuple):
 def cyclic_bus(descriptor: int, header: bytes, clock: Clock, *, clocks: bool, spin: int = 0) -> Bus:
     """Return the bus over a connected socket.
 
-    Parameters
-    ----------
-    descriptor : int
-        Socket.
-    header : bytes
-        Ethernet header of each frame; empty for UDP.
-    clock : ndarray
-        From `new_clock`.
-    clocks : bool
-        Whether the clock of the first node is distributed; otherwise its datagram does nothing.
-    spin : int
-        For how long an answer is polled for before the loop sleeps, ns.
+    `header` is the Ethernet header of each frame, empty for UDP. Without `clocks` the datagram of
+    the first node's clock does nothing. An answer is polled for `spin` ns before the loop sleeps.
     """
     distribute = ARMW if clocks else NOP
     read = frame(

@@ -24,15 +24,7 @@ class LinkError(MotionLabError):
 class Carrier:
     """A connected socket, for the exchanges that are not cyclic.
 
-    Parameters
-    ----------
-    link : LinkConfig
-        Which bus.
-
-    Attributes
-    ----------
-    header : bytes
-        What precedes each frame: an Ethernet header, or nothing in UDP.
+    `header` precedes each frame: an Ethernet header, or nothing in UDP.
 
     Raises
     ------
@@ -52,6 +44,7 @@ class Carrier:
                 self.socket = socket.socket(
                     socket.AF_PACKET, socket.SOCK_RAW, socket.htons(ETHERTYPE)
                 )
+                # Raw sockets have no peer: this one takes every EtherCAT frame of the card.
                 self.socket.bind((link.interface, ETHERTYPE))
                 self.header = ethernet_header(self.socket.getsockname()[4][:6])
         except PermissionError:
@@ -104,9 +97,9 @@ class Carrier:
                 return None
             try:
                 payload = self.socket.recv(2048)[len(self.header) :]
-                found = list(datagrams(payload))
+                answers = list(datagrams(payload))
             except (OSError, ValueError):
                 continue
-            if len(found) == count and found[0].index == self._index:
-                return found
+            if len(answers) == count and answers[0].index == self._index:
+                return answers
         return None

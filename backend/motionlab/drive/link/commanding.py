@@ -95,6 +95,7 @@ def _advance_reference(layout: Layout, shared: Shared, memory: Memory) -> None:
         return
     if status[Status.STATE] == State.HOLDING:
         return
+    # It stops: each axis brakes by itself, at its own deceleration.
     moving = False
     for axis in range(2):
         v = reference[1, axis]
@@ -226,6 +227,7 @@ def keep_sample(good: bool, layout: Layout, shared: Shared, memory: Memory) -> N
         shared.samples[place, :, axis] = sample[:, axis]
         for row in UNKNOWN:
             shared.samples[place, row, axis] = np.nan
+        # Without an answer nothing was measured; what was computed stays.
         if not good:
             shared.samples[place, MEASURED, axis] = np.nan
             shared.samples[place, _ERROR, axis] = np.nan

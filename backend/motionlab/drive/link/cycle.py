@@ -39,13 +39,7 @@ QUITTING, GONE, BRING_UP = 1, 2, 3
 
 @kept
 def run(bus: Bus, layout: Layout, shared: Shared, memory: Memory) -> int:
-    """Run the loop until an order to quit, a silent server, or drives that must be brought up.
-
-    Returns
-    -------
-    int
-        `QUITTING`, `GONE` or `BRING_UP`.
-    """
+    """Run the loop and return why it ended: `QUITTING`, `GONE` (a silent server) or `BRING_UP`."""
     count, status = memory.count, shared.status
     count[Count.NEXT] = now(bus.clock) + PERIOD
     for row in (Count.CYCLE, Count.MISSED, Count.UNCONFIRMED, Count.SKIPPED, Count.IN_PHASE):
@@ -69,19 +63,8 @@ def act(  # noqa: PLR0913, PLR0917 - all that a cycle touches
 ) -> int:
     """Judge the inputs of a cycle, obey, control, and fill in the outputs.
 
-    Parameters
-    ----------
-    read : Inputs
-        What the first frame brought; its process data is in ``bus.answer``.
-    instant : int
-        The machine's time, in which heartbeats are, ns.
-    bus, layout, shared, memory
-        As `run` takes them; the outputs are in ``bus.write`` afterwards.
-
-    Returns
-    -------
-    int
-        Why the loop is to be left, or 0.
+    Process data is read from ``bus.answer`` and written to ``bus.write``. `instant` is the
+    machine's time, in which heartbeats are, ns. Returns why the loop is to be left, or 0.
     """
     status = shared.status
     good = read.good and read.working_counter == NODES
@@ -90,6 +73,7 @@ def act(  # noqa: PLR0913, PLR0917 - all that a cycle touches
         take_inputs(bus, layout, shared, memory)
         if status[Status.STATE] == State.OFFLINE:
             enter(shared, State.READY)
+    # Faults before orders: none is carried out on drives that have just failed.
     judge_link(read, good, layout, shared, memory)
     if good:
         judge_drives(layout, shared, memory)

@@ -28,8 +28,9 @@ def _kernel(name: str, tables: Any) -> Callable[..., None]:
     compiled: Any = run_lanes
     taken = (_numbers[:, ::1], _numbers[:, ::1], _numbers[:, :, ::1], _samples[:, :, ::1], tables)
     compiled.compile(taken)
-    found = compiled.overloads[taken]
-    address = found.library.get_pointer_to_function(found.fndesc.llvm_func_name)
+    overload = compiled.overloads[taken]
+    address = overload.library.get_pointer_to_function(overload.fndesc.llvm_func_name)
+    # Cached code refers to the name: the address is another in each process.
     binding.add_symbol(name, address)
 
     @intrinsic

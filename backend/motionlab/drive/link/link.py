@@ -55,20 +55,14 @@ _WITH_TORQUE = {State.HOLDING, State.MOVING, State.TESTING, State.STOPPING}
 
 
 class DriveLink:
-    """A process that runs a drive link, and the memory shared with it.
-
-    Parameters
-    ----------
-    config : DriveConfig
-        Which link.
-    """
+    """A process that runs a drive link, and the memory shared with it."""
 
     def __init__(self, config: DriveConfig) -> None:
         self.config = config
         self.reports: deque[dict[str, Any]] = deque(maxlen=_REPORTS_KEPT)
         self._note({"time": time.time(), "step": "compiling"})  # or loading what is compiled
         self.problem = ""
-        self.found: list[dict[str, Any]] = []
+        self.identities: list[dict[str, Any]] = []
         self.answers: list[dict[str, Any]] = []
         self._lock = threading.RLock()
         self._stops = threading.Lock()
@@ -138,13 +132,8 @@ class DriveLink:
     def order(self, order: Order, stops: int | None = None) -> None:
         """Give an order and wait until it is carried out.
 
-        Parameters
-        ----------
-        order : Order
-            What is to be done.
-        stops : int, optional
-            From `stops`: after a further stop the loop refuses what needs torque; the present
-            number when left out.
+        After a stop beyond `stops`, None for those that there have been by now, the loop refuses
+        what needs torque.
 
         Raises
         ------
@@ -182,12 +171,7 @@ class DriveLink:
     def load(self, parameters: LoopParameters, *, after: int | None = None) -> Loaded:
         """Put controller parameters in effect, all at one tick; where there is torque, at the next.
 
-        Parameters
-        ----------
-        parameters : LoopParameters
-            What the loop computes with from that tick on.
-        after : int, optional
-            Number of the latest set, which they are to replace.
+        `after` is the number of the set that they are to replace, which must be the latest.
 
         Raises
         ------
@@ -206,6 +190,7 @@ class DriveLink:
             self._await(
                 lambda: self.state not in _WITH_TORQUE or self.status(Status.PARAMETERS) == present
             )
+            # The loop reads one set at any time: the other is written, then named.
             write_set(self._shared, 1 - present, parameters)
             command[Command.PARAMETERS] = 1 - present
             try:
@@ -226,19 +211,8 @@ class DriveLink:
     def schedule(self, parameters: LoopParameters, tick: int, *, after: int) -> int:
         """Have the loop put parameters in effect by itself, at a tick of the motion.
 
-        Parameters
-        ----------
-        parameters : LoopParameters
-            What the loop computes with from that tick on.
-        tick : int
-            From 1; one that is over by now counts as the next.
-        after : int
-            As `load` takes it; that set must be in effect.
-
-        Returns
-        -------
-        int
-            Its number.
+        Ticks count from 1; one that is over by now counts as the next. The set `after`, as of
+        `load`, must be in effect. Returns the number of the new one.
 
         Raises
         ------
@@ -296,18 +270,10 @@ class DriveLink:
         number: int,
         stops: int | None = None,
     ) -> None:
-        """Begin a motion.
+        """Begin a motion: position, velocity and acceleration of x and y, shape (ticks, 3, 2).
 
-        Parameters
-        ----------
-        reference : ndarray, shape (ticks, 3, 2)
-            Position, velocity, acceleration of x and y; begins where the drives hold.
-        first : int
-            First tick that is recorded; what precedes it is the approach.
-        number : int
-            Number of the motion; grows from one to the next.
-        stops : int, optional
-            As `order` takes it.
+        It begins where the drives hold. Ticks before `first` are the approach, which is not
+        recorded. `number` grows from one motion to the next; `stops` is as of `order`.
 
         Raises
         ------
@@ -333,14 +299,7 @@ class DriveLink:
     def test(self, test: OpenLoopTest, number: int, stops: int) -> None:
         """Begin an open-loop test: torque on, the currents of its table, torque off.
 
-        Parameters
-        ----------
-        test : Test
-            Currents and bounds.
-        number : int
-            As of a motion.
-        stops : int
-            As `order` takes it.
+        `number` and `stops` are as of `start`.
 
         Raises
         ------
@@ -466,6 +425,6 @@ class DriveLink:
                     self.answers = report.get("answers", [])
                 elif report.get("step") == "operational":
                     self.problem, self.answers = "", []
-                    self.found = report["found"]
+                    self.identities = report["identities"]
         if not self._closed.is_set() and not self.problem:
             self.problem = _ENDED

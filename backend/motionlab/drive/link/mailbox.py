@@ -44,14 +44,7 @@ class _Unanswered(LinkError):
 class Mailbox:
     """The mailbox of one drive.
 
-    Parameters
-    ----------
-    carrier : Carrier
-        The bus.
-    station : int
-        Station address of the drive.
-    write, read : tuple of int
-        Address and length of the receive and of the send mailbox in the drive's memory.
+    `write` and `read` are address and length of its receive and its send mailbox.
     """
 
     def __init__(

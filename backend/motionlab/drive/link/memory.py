@@ -118,16 +118,8 @@ def enter(shared: Shared, state: int) -> None:
 def latch(shared: Shared, code: int, place: int, value: float, limit: float) -> None:
     """Latch a fault, unless one is latched: the first is the cause.
 
-    Parameters
-    ----------
-    shared : Shared
-        Where others read it.
-    code : int
-        Of `faults`.
-    place : int
-        Drive or axis from 1 that it concerns; 0 for the link.
-    value, limit : float
-        What was found, and what is allowed, in SI units.
+    `place` is the drive or axis from 1 that it concerns, 0 for the link; `value` and `limit` are in
+    SI units.
     """
     if shared.status[Status.STATE] == State.FAULT:
         return

@@ -57,17 +57,7 @@ def main(memory: int, report: int, config: DriveConfig) -> None:
 
 
 class Loop:
-    """Bring-up and loop of one link.
-
-    Parameters
-    ----------
-    config : DriveConfig
-        The link.
-    shared : Shared
-        Memory shared with the process that commands it.
-    report : int
-        Descriptor of a pipe, for what it does.
-    """
+    """Bring-up and loop of one link, which reports on a pipe, a descriptor, what it does."""
 
     def __init__(self, config: DriveConfig, shared: Shared, report: int) -> None:
         self._config = config
@@ -113,6 +103,7 @@ class Loop:
                 self._tell(step="finding drives")
                 drives.bring_up()
             except LinkError as error:
+                # The next try has a new socket: without an answer the card may have gone.
                 if self._carrier is not None:
                     self._carrier.close()
                     self._carrier = None
@@ -121,11 +112,11 @@ class Loop:
                 if not self._wait_for_reset():
                     return None
                 continue
-            found = [
+            identities = [
                 drive._asdict() | {"limits": [limit._asdict() for limit in drive.limits]}
-                for drive in drives.found
+                for drive in drives.identities
             ]
-            self._tell(step="operational", found=found, steps=drives.steps)
+            self._tell(step="operational", identities=identities, steps=drives.steps)
             return drives
 
     def _cycle(self, drives: BringUp) -> int:
@@ -188,7 +179,7 @@ def layout_of(config: DriveConfig, sync_start: int) -> Layout:
         axis=np.array([AXES.index(node.axis) for node in config.nodes]),
         phase=np.array([PHASES.index(node.phase) for node in config.nodes]),
         rated=np.array([node.rated_current for node in config.nodes]),
-        encoder=both("encoder", np.int64) - 1,
+        encoder=both("encoder", np.int64) - 1,  # counted from 1 in the file
         resolution=both("resolution") * both("direction"),
         offset=both("offset"),
         position_min=both("position_min"),

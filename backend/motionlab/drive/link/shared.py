@@ -187,21 +187,12 @@ def attach(descriptor: int) -> Shared:
     return Shared(*arrays)
 
 
-def write_set(shared: Shared, number: int, given: LoopParameters, first: int = 0) -> None:
+def write_set(shared: Shared, number: int, parameters: LoopParameters, first: int = 0) -> None:
     """Write one of the two sets of parameters, which the loop must not be reading.
 
-    Parameters
-    ----------
-    shared : Shared
-        Where to.
-    number : int
-        Which set.
-    given : LoopParameters
-        What the loop computes with.
-    first : int
-        Tick of the motion from which it holds; 0 for at once.
+    `first` is the tick of the motion from which it holds; 0 for at once.
     """
     shared.first[number] = first
-    shared.parameters[number] = given.lanes
-    shared.tabled[number] = given.tabled
-    shared.tables[number, : given.tables.size] = given.tables
+    shared.parameters[number] = parameters.lanes
+    shared.tabled[number] = parameters.tabled
+    shared.tables[number, : parameters.tables.size] = parameters.tables

@@ -37,7 +37,7 @@ def command_test(good: bool, layout: Layout, shared: Shared, memory: Memory) -> 
         enter(shared, State.READY)
         return
     sample = memory.samples[0]
-    sample[:] = np.nan
+    sample[:] = np.nan  # of the controller, which does not run
     for node in range(NODES):
         axis, phase = layout.axis[node], layout.phase[node]
         current = np.float64(shared.reference[tick, phase, axis])
@@ -74,8 +74,8 @@ def _judge_rest(tick: int, shared: Shared, memory: Memory) -> None:
     command = shared.command
     for axis in range(2):
         moved = abs(memory.position[axis] - memory.anchor[axis]) > STILL
-        asked = shared.reference[tick, :, axis].max() > 0.0 and tick >= command[Command.REST_FROM]
-        if moved or not asked:
+        pulls = shared.reference[tick, :, axis].max() > 0.0 and tick >= command[Command.REST_FROM]
+        if moved or not pulls:
             memory.anchor[axis] = memory.position[axis]
             memory.resting[axis] = 0
             continue

@@ -156,10 +156,11 @@ async def get_drive_configuration(drives: ServedDrives) -> Response:
 
 
 def _status(drives: Drives) -> CommissioningStatus:
-    drives.note_found()
+    drives.note_serials()
     commissioning = drives.commissioning
     present, findings = commissioning.present, commissioning.findings
     by_hand = commissioning.by_hand
+    # Steps before the present one hold, those after it wait for it.
     reached = [step.name for step in STEPS]
     here = len(reached) if present is None else reached.index(present)
 

@@ -92,11 +92,11 @@ class Drives:
         """The link in effect: its file with the changes that commissioning took."""
         return self.commissioning.config
 
-    def note_found(self) -> None:
+    def note_serials(self) -> None:
         """Let commissioning know which drives were found."""
-        self.commissioning.follow([drive["serial"] for drive in self.link.found])
+        self.commissioning.follow([drive["serial"] for drive in self.link.identities])
 
-    def _check_found(self) -> None:
+    def _check_identities(self) -> None:
         """Refuse drives that were not found yet, or are up with values of others.
 
         Raises
@@ -104,9 +104,9 @@ class Drives:
         LinkError
             Saying which.
         """
-        if not self.link.found:
+        if not self.link.identities:
             raise LinkError(f"not possible while the link is {self.link.state.name.lower()}")
-        self.note_found()
+        self.note_serials()
         if self._of_others:
             raise LinkError("not possible until the link is up with the values of these drives")
 
@@ -167,7 +167,7 @@ class Drives:
                 raise LinkError(f"not possible while the link is {link.state.name.lower()}")
             if not link.status(Status.PHASE_LOCKED):
                 raise LinkError("not yet in phase with SYNC0 of the drives: wait a moment")
-            self._check_found()
+            self._check_identities()
             if other := self.commissioning.other_drives:
                 raise LinkError(
                     f"{other}: do the steps again, or load the document of these drives"
@@ -227,7 +227,7 @@ class Drives:
         async with self._beginning:
             if self.link.state in _ACTIVE:
                 raise LinkError(f"not possible while the link is {self.link.state.name.lower()}")
-            self.note_found()
+            self.note_serials()
             before = self.config
             await self._in_thread(change)
             if self.config != before:
@@ -250,14 +250,14 @@ class Drives:
             If what was found cannot be kept.
         """
         self.check_free()
-        state, found = self.link.state, self.link.found
-        if state is not State.READY or not found:
+        state, identities = self.link.state, self.link.identities
+        if state is not State.READY or not identities:
             raise LinkError(
                 f"commissioning needs drives without torque: the link is {state.name.lower()}"
             )
         if step_of(name).torque and not self.link.status(Status.PHASE_LOCKED):
             raise LinkError("not yet in phase with SYNC0 of the drives: wait a moment")
-        self._check_found()
+        self._check_identities()
         commissioning = self.commissioning
         commissioning.begin(name)
         if name == "encoders":
@@ -267,7 +267,7 @@ class Drives:
             self._begin_step(name)
             return
         judge = {"drives": find_drives, "identity": compare_identity}[name]
-        await self._in_thread(commissioning.put, name, judge(self.config, found))
+        await self._in_thread(commissioning.put, name, judge(self.config, identities))
 
     def check_free(self) -> None:
         """Refuse during a step of commissioning, another order, or a link that is brought up.
@@ -381,7 +381,7 @@ class Drives:
 
     def status(self) -> DriveStatus:
         """Return what a person needs to know of the link at the moment."""
-        self.note_found()
+        self.note_serials()
         other_drives = self.commissioning.other_drives
         return drive_status(self.config, self.link, self.lease, self._history, other_drives)
 
@@ -396,13 +396,13 @@ class Drives:
                 self._watch_lease()
                 self._history.note()
                 await self._note_by_hand()
-                self._watch_found()
+                self._watch_identities()
             except Exception:  # whatever it is, the next heartbeat that is missing counts
                 _LOG.exception("watching the drives")
 
-    def _watch_found(self) -> None:
+    def _watch_identities(self) -> None:
         """Bring the link up anew where other drives were found than those its values are of."""
-        self.note_found()
+        self.note_serials()
         busy = self.active or self._ordering or self._beginning.locked()
         if self._of_others and self.link.state is State.READY and not busy:
             self._renewing = asyncio.create_task(self._renew())

@@ -67,10 +67,10 @@ class FrictionStep:
             parameters = held_parameters(scenario)
         with run.holding(parameters):
             with run.part(0.02, 0.8, "slow motions of both axes, recorded"):
-                found = self._recorded(run, scenario)
-        with run.part(0.8, 1.0, f"identification from {found}"):
-            document = self._identified(run, found)
-        return finding_of(document, found)
+                identifier = self._recorded(run, scenario)
+        with run.part(0.8, 1.0, f"identification from {identifier}"):
+            document = self._identified(run, identifier)
+        return finding_of(document, identifier)
 
     def _recorded(self, run: StepRun, scenario: Scenario) -> str:
         """Return the run of a motion of armed drives."""
@@ -85,26 +85,26 @@ class FrictionStep:
             if session.state != "finished":
                 raise Stopped("the torque was switched off")
             until = time.monotonic() + _WRITTEN
-            while (found := session.status.run) is None:
+            while (identifier := session.status.run) is None:
                 if time.monotonic() > until:
                     raise Stopped(f"the motion was not recorded: {session.status.unrecorded}")
                 time.sleep(_POLL)
-            return found
+            return identifier
         finally:
             self._loop.call_soon_threadsafe(self._sessions.remove, session)
 
-    def _identified(self, run: StepRun, found: str) -> IdentificationDocument:
+    def _identified(self, run: StepRun, identifier: str) -> IdentificationDocument:
         """Return what a worker identifies from a run, once that is complete."""
         until = time.monotonic() + _WRITTEN
         while True:
             try:
-                library().complete(found)
+                library().complete(identifier)
                 break
             except Busy:
                 if time.monotonic() > until:
                     raise
                 time.sleep(_POLL)
-        body = {"run": found, "axis": "both"}
+        body = {"run": identifier, "axis": "both"}
         called = self._do(
             self._workers.run(json_of, answer, ("identify", body), seconds=_IDENTIFYING)
         )
@@ -136,7 +136,7 @@ def slow_motions(run: StepRun) -> Scenario:
             "kind": "trapezoid",
             "start": start,
             "end": {axis: start[axis] + min(distance, room) for axis in AXES},
-            "v_max": 2**0.5 * speed,
+            "v_max": 2**0.5 * speed,  # along the diagonal: each axis has its share
             "a_max": 2**0.5 * _ACCELERATION,
             "dwell": _DWELL,
         }
@@ -153,11 +153,11 @@ def finding_of(document: IdentificationDocument, run: str) -> Finding:
     """Return what was identified beside the model of the controllers."""
     rows, different = [], []
     for axis in AXES:
-        found = document.axes.get(axis)
-        if found is None:
+        identified = document.axes.get(axis)
+        if identified is None:
             rows.append(FoundFigure(name=axis, found="nothing", expected="", holds=False))
             continue
-        for name, parameter in _parameters(found):
+        for name, parameter in _parameters(identified):
             rows.append(_row(f"{axis} {name}", parameter))
             believed = parameter.believed
             if believed and abs(parameter.value - believed) > _DIFFERS * believed:
@@ -171,8 +171,10 @@ def finding_of(document: IdentificationDocument, run: str) -> Finding:
     return Finding(at=time.time(), holds=not unknown, text=text, rows=rows, run=run)
 
 
-def _parameters(found: AxisIdentification) -> list[tuple[str, Parameter]]:
-    return [(name, found.sliding.parameters[name]) for name in ("F_c", "F_s", "v_s", "sigma_2")]
+def _parameters(identified: AxisIdentification) -> list[tuple[str, Parameter]]:
+    return [
+        (name, identified.sliding.parameters[name]) for name in ("F_c", "F_s", "v_s", "sigma_2")
+    ]
 
 
 def _row(name: str, parameter: Parameter) -> FoundFigure:

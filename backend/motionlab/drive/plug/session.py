@@ -43,15 +43,6 @@ class DriveSession(Session):
 
     STOP is taken from anyone, changes of its controller from who holds the lease. They take effect
     while the drives move, and where they hold their position after the motion.
-
-    Parameters
-    ----------
-    motion : DriveMotion
-        What the drives are to do.
-    clock, threads, recorder
-        As `Session` takes them.
-    drives : Drives
-        Their title, and the lease of who may change parameters.
     """
 
     def __init__(
@@ -71,10 +62,7 @@ class DriveSession(Session):
     async def begin(self, stops: int) -> None:
         """Approach the start of the trajectory, and follow it in real time.
 
-        Parameters
-        ----------
-        stops : int
-            As `DriveLink.order` takes it.
+        `stops` is as of `DriveLink.order`.
 
         Raises
         ------

@@ -144,7 +144,8 @@ def drive_status(
 
     `other_drives` says why they are not those that were commissioned; empty where they are.
     """
-    bus, found = config.link, link.found
+    bus, identities = config.link, link.identities
+    # A fault of this moment is in the list, too.
     history.note()
     known, age = _telegram(config, link)
     figures = [
@@ -188,7 +189,7 @@ def drive_status(
                 vendor=node.vendor,
                 product=node.product,
                 answers=Identity(**link.answers[number]) if link.answers else None,
-                found=Found(**found[number]) if found else None,
+                found=Found(**identities[number]) if identities else None,
             )
             for number, (node, drive) in enumerate(zip(config.nodes, link.drives, strict=True))
         ],

@@ -190,15 +190,15 @@ def reset_settings(s: Arrays, n: int) -> None:
 
 
 @part
-def _rise_fault(s: Arrays, n: int, state: int, wanted: int) -> int:
+def _rise_fault(s: Arrays, n: int, state: int, target: int) -> int:
     """Return the AL status code that keeps a node from rising to the next state; 0 for none."""
     node = s.nodes[n]
     code = 0
-    if (state, wanted) == (INIT, PREOP):
+    if (state, target) == (INIT, PREOP):
         code = _mailbox_fault(s, n)
-    elif (state, wanted) == (PREOP, SAFEOP):
+    elif (state, target) == (PREOP, SAFEOP):
         code = _process_data_fault(s, n)
-    elif (state, wanted) == (SAFEOP, OP):
+    elif (state, target) == (SAFEOP, OP):
         if s.objects[n, SYNC_TYPE] == BY_SYNC0 and not node[SYNC_COUNT]:
             code = NO_SYNC
     else:
@@ -211,35 +211,35 @@ def request_state(s: Arrays, n: int, time: int) -> None:
     """Carry out what the master has written into AL control."""
     node = s.nodes[n]
     control = get16(s.memory[n], REGISTER_AL_CONTROL)
-    wanted = control & 0x0F
+    target = control & 0x0F
     state = al_state(s, n)
     failed = bool(s.memory[n, REGISTER_AL_STATUS] & AL_ERROR)
-    if failed and not control & AL_ERROR and wanted > state:
+    if failed and not control & AL_ERROR and target > state:
         return  # the error has to be acknowledged first
     code = 0
-    if wanted == BOOT:
+    if target == BOOT:
         code = NO_BOOT
-    elif wanted not in (INIT, PREOP, SAFEOP, OP):
+    elif target not in (INIT, PREOP, SAFEOP, OP):
         code = UNKNOWN_STATE
-    elif wanted > state:
-        code = _rise_fault(s, n, state, wanted)
+    elif target > state:
+        code = _rise_fault(s, n, state, target)
     if code:
         if state == OP:
             fail(s, n, LINK_ERROR)
             state = SAFEOP
         set_state(s, n, state, code)
         return
-    set_state(s, n, wanted, 0)
-    if state == OP and wanted < OP:
+    set_state(s, n, target, 0)
+    if state == OP and target < OP:
         release(s, n)
         if node[DRIVE_STATE] not in (FAULT, FAULT_REACTION):
             node[DRIVE_STATE] = SWITCH_ON_DISABLED
-    if wanted == OP and state == SAFEOP:
+    if target == OP and state == SAFEOP:
         node[LAST_OUTPUT] = time
         put(s.memory[n], REGISTER_WATCHDOG_STATUS, 1, 2)
-    if wanted < SAFEOP or state < SAFEOP:
-        _enable_process_data(s, n, wanted >= SAFEOP)
+    if target < SAFEOP or state < SAFEOP:
+        _enable_process_data(s, n, target >= SAFEOP)
         node[FRESH] = 0
         node[LAST_STEP] = time
-    if wanted == INIT:
+    if target == INIT:
         reset_settings(s, n)

@@ -98,14 +98,7 @@ def next_state(  # noqa: PLR0911 - one for each row of the table of transitions
 ) -> int:
     """Return the state that a control word leads to; one transition at a time.
 
-    Parameters
-    ----------
-    state : int
-        Any but the fault reaction.
-    control : int
-        Object 6040.
-    reset : bool
-        Whether its bit 7 has risen and the cause of a fault is gone.
+    `reset` tells whether its bit 7 has risen and the cause of a fault is gone.
     """
     if state == FAULT:
         return SWITCH_ON_DISABLED if reset else FAULT
@@ -171,18 +164,8 @@ def ramp_down(s: Arrays, n: int, elapsed: int) -> bool:
 def step_drive(s: Arrays, n: int, time: int, elapsed: int, obey: bool) -> None:
     """Latch inputs, step the state machine, apply outputs, and write the inputs.
 
-    Parameters
-    ----------
-    s : Arrays
-        The segment.
-    n : int
-        The node.
-    time : int
-        Now.
-    elapsed : int
-        Time since the last step, ns; 0 keeps the velocity.
-    obey : bool
-        Whether outputs are valid here; without, only reactions go on.
+    `elapsed`, ns, keeps the velocity where it is 0. Unless outputs are to be obeyed, only reactions
+    go on.
     """
     node = s.nodes[n]
     before = node[DRIVE_STATE]

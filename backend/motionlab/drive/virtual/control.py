@@ -16,16 +16,7 @@ class DriveFailed(MotionLabError):
 
 
 def ask(port: int, document: dict[str, Any], timeout: float = 2.0) -> dict[str, Any]:
-    """Send switches to a running virtual drive and return its status.
-
-    Parameters
-    ----------
-    port : int
-        Its port for switches.
-    document : dict
-        Fields of `Switches`; none to ask only.
-    timeout : float
-        s.
+    """Send switches, or nothing, to a running virtual drive and return its status.
 
     Raises
     ------

@@ -109,6 +109,7 @@ def _physical(s: Arrays, n: int, frame: Bytes, at: int, time: int) -> None:
     position, offset = get16(frame, at + 2), get16(frame, at + 4)
     size, data = get16(frame, at + 6) & _LENGTH, at + DATAGRAM_HEADER
     here = _addressed(s, n, command, position)
+    # Each node counts on, so that the one meant reads its own place as 0.
     if command in (APRD, APWR, APRW, BRD, BWR, BRW, ARMW):
         put(frame, at + 2, position + 1, 2)
     todo = _parts(command) if here else 0
@@ -123,6 +124,7 @@ def _physical(s: Arrays, n: int, frame: Bytes, at: int, time: int) -> None:
     if bool(todo & WRITES) and write_memory(s, n, offset, frame, data, size, time):
         count += 2 if todo & READS else 1
     if read:
+        # A broadcast ors the answers of all nodes.
         gathers = command in (BRD, BRW)
         for i in range(size):
             other = get8(frame, data + i) if gathers else 0
@@ -191,21 +193,8 @@ def _logical(s: Arrays, n: int, frame: Bytes, at: int, time: int) -> None:
 def answer(s: Arrays, frame: Bytes, first: int, size: int, time: int) -> bool:
     """Send a frame through the nodes; it becomes the answer.
 
-    Parameters
-    ----------
-    s : Arrays
-        The segment.
-    frame : ndarray of uint8
-        With the EtherCAT header at `first`; overwritten.
-    first, size : int
-        Where the frame begins and how many bytes there are from there on.
-    time : int
-        When it arrives, ns of the segment's clock.
-
-    Returns
-    -------
-    bool
-        Whether it was a frame, and came back.
+    Its EtherCAT header is at `first`, and `size` counts from there. It arrives at `time`, ns of
+    the segment's clock. Returns whether it was a frame, and came back.
     """
     catch_up(s, time)
     if size > FRAME_MAX or not is_frame(frame, first, size):
@@ -213,6 +202,7 @@ def answer(s: Arrays, frame: Bytes, first: int, size: int, time: int) -> bool:
         return False
     reached = int(s.switches[REACHED])
     at = first + FRAME_HEADER
+    # One datagram after another passes all nodes, as it does on the wire.
     more = True
     while more:
         command, length = get8(frame, at), get16(frame, at + 6)

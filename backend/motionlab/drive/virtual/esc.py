@@ -170,10 +170,7 @@ def write_memory(  # noqa: PLR0913, PLR0917 - an access: where, with what, when
 ) -> bool:
     """Write ``data[first : first + size]`` at an address, and do what that brings about.
 
-    Returns
-    -------
-    bool
-        Whether the node took it.
+    Returns whether the node took it.
     """
     if at + size > MEMORY:
         return False
@@ -186,6 +183,7 @@ def write_memory(  # noqa: PLR0913, PLR0917 - an access: where, with what, when
         memory[at + i] = (memory[at + i] & ~mask) | (data[first + i] & mask)
     if at + size > PROCESS_MEMORY:
         _access_done(s, n, at, size, FROM_MASTER, time)
+    # Registers whose write has consequences.
     if touches(at, size, REGISTER_SYNC_MANAGER, 8 * SYNC_MANAGERS):
         _sync_managers_written(s, n, repeat)
     if touches(at, size, REGISTER_AL_CONTROL, 1):

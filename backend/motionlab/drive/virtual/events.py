@@ -169,6 +169,7 @@ def catch_up(s: Arrays, time: int) -> None:
         return
     _skip(s, time)
     while True:
+        # The earliest of all: a SYNC0, or a watchdog that expires.
         who, when, expires = -1, time + 1, False
         for n in range(NODES):
             at = _sync_time(s, n)

@@ -72,18 +72,8 @@ class Carrier(NamedTuple):
 def carrier(descriptor: int, header: int, mail_event: int, drift: float, slow: int = 1) -> Carrier:
     """Return a carrier on a socket.
 
-    Parameters
-    ----------
-    descriptor : int
-        The socket's.
-    header : int
-        Bytes before the EtherCAT header: none in UDP, `MAC_HEADER` on Ethernet.
-    mail_event : int
-        Descriptor of an event counter that tells of mail.
-    drift : float
-        By how much the segment's clock is fast, 1.
-    slow : int
-        How many times slower than real time the segment is.
+    `header` counts the bytes before the EtherCAT header; `mail_event` is the descriptor of an event
+    counter that tells of mail; by `drift`, 1, the segment's clock is fast.
     """
     numbers = np.zeros(CARRIER_ROWS, dtype=np.int64)
     numbers[[SOCKET, HEADER, MAIL_EVENT]] = descriptor, header, mail_event

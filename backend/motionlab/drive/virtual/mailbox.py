@@ -35,21 +35,13 @@ _EXPEDITED, _SIZED, _COMPLETE = 0x02, 0x01, 0x10
 
 
 class MailServer:
-    """Answers the mail of all nodes, and tells of their errors.
-
-    Parameters
-    ----------
-    s : Arrays
-        The segment.
-    dictionaries : sequence of Dictionary
-        One for each node.
-    """
+    """Answers the mail of all nodes, and reports their errors."""
 
     def __init__(self, s: Arrays, dictionaries: list[Dictionary]) -> None:
         self._s = s
         self._dictionaries = dictionaries
         self._last = [(0, b"")] * NODES  # epoch and content of the last mail of each node
-        self._told = [0] * NODES  # error code of the last emergency of each node
+        self._errors_sent = [0] * NODES  # error code of the last emergency of each node
 
     def serve(self) -> None:
         """Answer all mail that has arrived, and send emergencies, as far as there is room."""
@@ -59,7 +51,7 @@ class MailServer:
                 continue
             if node[MAIL]:
                 self._serve_node(n)
-            elif node[ERROR_CODE] != self._told[n]:
+            elif node[ERROR_CODE] != self._errors_sent[n]:
                 self._tell_error(n)
 
     def _tell_error(self, n: int) -> None:
@@ -71,7 +63,7 @@ class MailServer:
         # Error code, error register 1001, and five bytes of the maker.
         body = struct.pack("<HHB5x", _EMERGENCY << 12, code, int(code != 0))
         self._send(n, epoch, _COE, 0, body)
-        self._told[n] = code
+        self._errors_sent[n] = code
 
     def _serve_node(self, n: int) -> None:
         node, memory = self._s.nodes[n], self._s.memory[n]

@@ -37,13 +37,7 @@ STO_INPUT = 1 << 16
 
 
 class Abort(Exception):
-    """A transfer that the node refuses.
-
-    Parameters
-    ----------
-    code : int
-        Abort code.
-    """
+    """A transfer that the node refuses, with its abort code."""
 
     def __init__(self, code: int) -> None:
         super().__init__(f"SDO abort 0x{code:08X}")
@@ -52,25 +46,13 @@ class Abort(Exception):
 
 @dataclass(frozen=True)
 class Item:
-    """One value of the dictionary.
+    """One value of the dictionary; without `write` it is read only."""
 
-    Attributes
-    ----------
-    kind : str
-        ``u1``, ``i1``, ``u2``, ``i2``, ``u4``, ``i4`` or ``s`` for text.
-    read : callable
-        Returns the value.
-    write : callable, optional
-        Takes a value; left out, it is read only.
-    low, high : int
-        Range of what can be written.
-    """
-
-    kind: str
+    kind: str  # u1, i1, u2, i2, u4, i4, or s for text
     read: Callable[[], int | str]
     write: Callable[[int], None] | None = None
     low: int = 0
-    high: int = 0
+    high: int = 0  # of what can be written
 
     @property
     def size(self) -> int:
@@ -116,16 +98,7 @@ class Identity:
 class Dictionary:
     """Objects of one node.
 
-    Parameters
-    ----------
-    s : Arrays
-        The segment.
-    n : int
-        Which node, from 0.
-    identity : Identity
-        Object 1018.
-    resolution : float
-        Size of a count of its encoder, m; 0 without one.
+    `resolution` is the size of a count of its encoder, m; 0 without one.
     """
 
     def __init__(self, s: Arrays, n: int, identity: Identity, resolution: float) -> None:
@@ -163,11 +136,11 @@ class Dictionary:
         return sorted({index for index, _ in self._items})
 
     def _item(self, index: int, subindex: int) -> Item:
-        found = self._items.get((index, subindex))
-        if found is None:
+        item = self._items.get((index, subindex))
+        if item is None:
             known = any(index == other for other, _ in self._items)
             raise Abort(NO_SUBINDEX if known else NO_OBJECT)
-        return found
+        return item
 
     def _constant(self, index: int, subindex: int, kind: str, value: int | str) -> None:
         self._items[index, subindex] = Item(kind, lambda: value)

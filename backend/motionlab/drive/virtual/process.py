@@ -17,41 +17,9 @@ _END_TIME = 10.0  # s
 class VirtualDrive:
     """A virtual drive that runs in a child process while a block lasts.
 
-    It answers once the block begins: compiled code it does not find it compiles first.
-
-    Parameters
-    ----------
-    motor : str
-        Name of a shipped motor.
-    address : str
-        IP address to answer at.
-    port : int
-        UDP port; 0 chooses a free one.
-    start : tuple of float
-        Position of the mover, m.
-    seed : int
-        Of noise and of random faults.
-    drift : float
-        By how much its clock is fast, 1.
-    priority : int
-        Of the answering thread under SCHED_FIFO; 0 does without.
-    slow : int
-        How many times slower than real time it runs.
-    interface : str
-        Network card, for raw Ethernet in place of UDP.
-    options : sequence of str
-        Further options of the command, such as ``--swap=x``.
-
-    Attributes
-    ----------
-    address : str
-        IP address it answers at.
-    port : int
-        Its UDP port.
-    control_port : int
-        UDP port for switches.
-    pid : int
-        Of the process.
+    It answers once the block begins: compiled code it does not find it compiles first. Its settings
+    are the options of ``motionlab vdrive``; port 0 takes a free one, as `port` and `control_port`
+    have it then.
     """
 
     def __init__(  # noqa: PLR0913 - the options of the command
@@ -82,7 +50,7 @@ class VirtualDrive:
             f"--motor={motor}",
             f"--start={start[0]!r},{start[1]!r}",
             f"--seed={seed}",
-            f"--drift={drift * 1e6!r}",
+            f"--drift={drift * 1e6!r}",  # ppm
             f"--priority={priority}",
             f"--slow={slow}",
             *options,
@@ -110,8 +78,8 @@ class VirtualDrive:
             code = self._process.wait()
             self._close()
             raise DriveFailed(f"the virtual drive ended with exit code {code}")
-        told = json.loads(line)
-        self.port, self.control_port = told["port"], told["control_port"]
+        ports = json.loads(line)
+        self.port, self.control_port = ports["port"], ports["control_port"]
         self.pid = self._process.pid
         return self
 

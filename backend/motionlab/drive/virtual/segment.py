@@ -94,14 +94,8 @@ def mounted(
 ) -> DriveConfig:
     """Return a link whose machine was put together otherwise.
 
-    Parameters
-    ----------
-    drive : DriveConfig
-        The link.
-    offset : tuple of float, optional
-        Position at count 0 of the encoders of x and y, m; as it is when left out.
-    swapped : str
-        Axes whose cables of phases b and c are exchanged.
+    `offset` is the position at count 0 of the encoders of x and y, m; `swapped` names axes whose
+    cables of phases b and c are exchanged.
     """
     other = {"a": "a", "b": "c", "c": "b"}
     changes: dict[str, Any] = {
@@ -118,22 +112,8 @@ def mounted(
 class Segment:
     """Six virtual drives with a motor behind them.
 
-    Parameters
-    ----------
-    motor : str
-        Name of a shipped motor.
-    drive : DriveConfig, optional
-        Order, identities and ratings of the drives, encoders; the shipped one when left out.
-    changes : mapping of str to value, optional
-        Of the motor, by dotted path, such as ``{"plant.x.encoder.noise": 1e-8}``.
-    start : tuple of float
-        Position of the mover, m.
-    seed : int
-        Of noise and of random faults.
-    serials : sequence of int
-        Serial numbers of the drives.
-    now : int
-        Time of the segment's clock, ns since 2000-01-01.
+    `changes` are of the motor, by dotted path, such as ``{"plant.x.encoder.noise": 1e-8}``; `start`
+    is in m, `now` in ns since 2000-01-01.
 
     Raises
     ------
@@ -163,6 +143,7 @@ class Segment:
         s.clock[[layout.LAST, layout.PLANT_TIME]] = now
         s.clock[layout.RANDOM] = 1 + seed % 2_147_483_646
         s.nodes[:, [layout.LAST_STEP, layout.LAST_OUTPUT]] = now
+        # Nodes do not power on at once, so their clocks differ.
         s.nodes[:, layout.CLOCK] = (NODES - np.arange(NODES)) * _POWER_ON_NS - now
         resolutions = [getattr(self.drive, axis).resolution for axis in AXES]
         self._mail = MailServer(
@@ -262,6 +243,7 @@ def _arrays(
         s.eeprom[n] = np.frombuffer(image, dtype=np.uint8)
         wiring[n, :2] = AXES.index(node.axis), "abc".index(node.phase)
     axes = [getattr(drive, axis) for axis in AXES]
+    # An encoder is read by one drive of its axis alone.
     for lane, axis in enumerate(axes):
         wiring[axis.encoder - 1, 2] = lane
     s.scales[:] = [[axis.direction, axis.resolution, axis.offset] for axis in axes]

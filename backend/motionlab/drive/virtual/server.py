@@ -68,6 +68,7 @@ def open_ethernet(interface: str) -> socket.socket:
         ) from None
     try:
         opened.bind((interface, ETHERTYPE))
+        # To bind to a card that is down succeeds; only its error tells.
         if failure := opened.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR):
             raise OSError(failure, f"{os.strerror(failure)}: ip link set {interface} up")
     except OSError as error:
@@ -86,22 +87,10 @@ def open_ethernet(interface: str) -> socket.socket:
 
 
 class Server:
-    """A segment on a socket.
+    """A segment on a socket, which it closes at the end.
 
-    Parameters
-    ----------
-    segment : Segment
-        Its clock should begin at `wall_clock`.
-    on : socket
-        From `open_udp` or `open_ethernet`; closed at the end.
-    control_port : int
-        UDP port on loopback for switches; 0 takes a free one.
-    drift : float
-        By how much the segment's clock is fast, 1.
-    priority : int
-        Of the answering thread under SCHED_FIFO; 0 does without.
-    slow : int
-        How many times slower than real time it runs.
+    The segment's clock should begin at `wall_clock`; by `drift`, 1, it is fast. Control port 0
+    takes a free one; priority 0 does without SCHED_FIFO.
     """
 
     def __init__(  # noqa: PLR0913 - the options of the command

@@ -142,12 +142,12 @@ def clear_switches(s: Arrays) -> None:
 
 def switched(s: Arrays) -> dict[str, Any]:
     """Return the switches in effect, those that are off left out."""
-    found: dict[str, Any] = {
+    switches: dict[str, Any] = {
         name: s.switches[row].item()
         for name, row in _NUMBERS.items()
         if s.switches[row] != (NODES if row == layout.REACHED else 0.0)
     }
     for name, row in _BY_AXIS.items():
         axes = "".join(axis for i, axis in enumerate("xy") if s.switches[row + i] > 0.0)
-        found |= {name: axes} if axes else {}
-    return found
+        switches |= {name: axes} if axes else {}
+    return switches
