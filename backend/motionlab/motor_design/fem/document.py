@@ -25,7 +25,10 @@ class MapRequest(Config):
     """Which map is computed."""
 
     preset: PresetName = Field(
-        default="default", description="How well, and how long", json_schema_extra=PRESETS
+        default="default",
+        title="accuracy",
+        description="How well, and how long",
+        json_schema_extra=PRESETS,
     )
     geometry: Geometry = Field(
         default_factory=Geometry, description="Fields to change; {} is the paper's with our reading"

@@ -98,6 +98,7 @@ class Shape(Config):
     rho: float = quantity("Density", unit="kg/m^3", source=OURS, default=2700.0, ge=100, le=3e4)
     support: Support = Field(
         default="carriages",
+        title="supports",
         json_schema_extra=SUPPORTS,
         description="carriages: four points; guides: two lines along x; edges: all four, simply "
         "supported; clamped: all four, built in",
@@ -222,7 +223,7 @@ class Load(Config):
 class MapLoad(Config):
     """Normal forces of a force map, which grow as the platform bends into the gap."""
 
-    name: str = Field(description="Of the map, among those of GET /maps")
+    name: str = Field(title="forces", description="Of the map, among those of GET /maps")
     current: float = quantity(
         "Of the phase", unit="A", source=f"{PAPER}, its largest", default=10.0, ge=0, le=1000
     )

@@ -32,7 +32,9 @@ _Rate = Annotated[float, Field(ge=0.1, le=1000.0)]
 class ForceRamps(Config):
     """Open-loop force ramps below stiction."""
 
-    enabled: bool = Field(default=True, description="Identify sigma_0 and sigma_1 too")
+    enabled: bool = Field(
+        default=True, title="ramp the force", description="Identify sigma_0 and sigma_1 too"
+    )
     rates: Annotated[tuple[_Rate, ...], Field(strict=False, min_length=1, max_length=RAMPS_MAX)] = (
         quantity(
             "Rates of the force ramps; a warning below 20 N/s, where ripple spoils them",
@@ -44,7 +46,7 @@ class ForceRamps(Config):
     )
     share: float = quantity(
         "Largest force of a ramp, as a share of the stiction just identified",
-        label="share of F_s",
+        label="up to, of F_s",
         unit="1",
         shown="%",
         source=OURS,
@@ -54,6 +56,7 @@ class ForceRamps(Config):
     )
     places: int = quantity(
         "Places in one pole pitch at which the ramps are repeated",
+        label="positions",
         unit="1",
         source=OURS,
         default=7,
@@ -159,7 +162,7 @@ class IdentifyRequest(Config):
     pitches_max: int | None = quantity(
         "Most pole pitches that a force is averaged over; left out: as many as time and stroke "
         "allow",
-        label="most pole pitches",
+        label="pole pitches",
         unit="1",
         source=OURS,
         default=None,

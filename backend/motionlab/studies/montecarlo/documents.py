@@ -115,7 +115,15 @@ class MonteCarloRequest(Config):
     set: dict[str, Any] = Field(
         default_factory=dict, max_length=4096, description="Dotted path to value, SI"
     )
-    cases: int = quantity("Plants to draw", unit="1", source=OURS, default=300, ge=2, le=CASES_MAX)
+    cases: int = quantity(
+        "Plants to draw",
+        label="number of plants",
+        unit="1",
+        source=OURS,
+        default=300,
+        ge=2,
+        le=CASES_MAX,
+    )
     seed: int | None = quantity(
         "Seed of the draws; left out: the scenario's",
         unit="1",

@@ -126,7 +126,7 @@ class _Source(Config):
     )
     variant: VariantName | None = Field(
         default=None,
-        title="controller",
+        title="gains of",
         description="Whose gains; left out: the second variant, or the only one",
     )
 

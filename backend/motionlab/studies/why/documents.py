@@ -73,6 +73,7 @@ class WhyRequest(Config):
     goal: float | None = quantity(
         "Error that is to be reached, here and over the metrics window; left out: half the peak",
         unit="m",
+        shown="µm",
         source=OURS,
         default=None,
         gt=0,

@@ -5903,7 +5903,7 @@ export interface components {
          */
         ForceRamps: {
             /**
-             * Enabled
+             * ramp the force
              * @description Identify sigma_0 and sigma_1 too
              * @default true
              */
@@ -5919,13 +5919,13 @@ export interface components {
              */
             rates: number[];
             /**
-             * share of F_s
+             * up to, of F_s
              * @description Largest force of a ramp, as a share of the stiction just identified
              * @default 0.5
              */
             share: number;
             /**
-             * Places
+             * positions
              * @description Places in one pole pitch at which the ramps are repeated
              * @default 7
              */
@@ -8133,7 +8133,7 @@ export interface components {
          */
         MapLoad: {
             /**
-             * Name
+             * forces
              * @description Of the map, among those of GET /maps
              */
             name: string;
@@ -12030,7 +12030,7 @@ export interface components {
              */
             rho: number;
             /**
-             * Support
+             * supports
              * @description carriages: four points; guides: two lines along x; edges: all four, simply supported; clamped: all four, built in
              * @default carriages
              * @enum {string}
@@ -18576,7 +18576,7 @@ export interface operations {
                         [key: string]: unknown;
                     };
                     /**
-                     * controller
+                     * gains of
                      * @description Whose gains; left out: the second variant, or the only one
                      */
                     variant?: string | null;
@@ -18752,7 +18752,7 @@ export interface operations {
                         [key: string]: unknown;
                     };
                     /**
-                     * controller
+                     * gains of
                      * @description Whose gains; left out: the second variant, or the only one
                      */
                     variant?: string | null;
@@ -19109,7 +19109,7 @@ export interface operations {
                      */
                     time_max?: number;
                     /**
-                     * most pole pitches
+                     * pole pitches
                      * @description Most pole pitches that a force is averaged over; left out: as many as time and stroke allow
                      */
                     pitches_max?: number | null;
@@ -19321,7 +19321,7 @@ export interface operations {
                         [key: string]: unknown;
                     };
                     /**
-                     * controller
+                     * gains of
                      * @description Whose gains; left out: the second variant, or the only one
                      */
                     variant?: string | null;
@@ -19561,7 +19561,7 @@ export interface operations {
                         [key: string]: unknown;
                     };
                     /**
-                     * controller
+                     * gains of
                      * @description Whose gains; left out: the second variant, or the only one
                      */
                     variant?: string | null;
@@ -19776,7 +19776,7 @@ export interface operations {
                         [key: string]: unknown;
                     };
                     /**
-                     * Cases
+                     * number of plants
                      * @description Plants to draw
                      * @default 300
                      */
@@ -20408,7 +20408,7 @@ export interface operations {
                         [key: string]: unknown;
                     };
                     /**
-                     * controller
+                     * gains of
                      * @description Whose gains; left out: the second variant, or the only one
                      */
                     variant?: string | null;
@@ -20625,7 +20625,7 @@ export interface operations {
             content: {
                 "application/json": {
                     /**
-                     * Preset
+                     * accuracy
                      * @description How well, and how long
                      * @default default
                      * @enum {string}
@@ -21854,7 +21854,7 @@ export interface operations {
                      */
                     time_max?: number;
                     /**
-                     * most pole pitches
+                     * pole pitches
                      * @description Most pole pitches that a force is averaged over; left out: as many as time and stroke allow
                      */
                     pitches_max?: number | null;

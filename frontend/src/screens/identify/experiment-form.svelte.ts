@@ -110,6 +110,10 @@ export class ExperimentForm extends ScenarioForm {
     return path in OWN ? { ...PLAIN, ...entry, ...OWN[path] } : entry;
   }
 
+  override label(path: string): string {
+    return path === 'variant' && this.byRun ? 'force map of' : super.label(path);
+  }
+
   protected override usual(path: string): Value {
     if (path === 'motor') return '';
     if (!(path in OWN)) return super.usual(path);

@@ -50,10 +50,11 @@ class OnDemand {
   /** Asks why the error peaks, of whom and on which axis, and opens the sheet that says so. */
   askWhy = (of?: { variant: string; axis: Axis }) =>
     app.try(async () => {
+      await app.catalogue.loadRequests(['why']);
       this.why ??= await import('./why/WhySheet.svelte');
       const { why } = this.why;
-      if (of) [why.variant, why.axis] = [of.variant, of.axis];
-      why.open = true;
+      if (of) why.change({ ...of });
+      why.shown = true;
     });
 
   /** Opens the sheet with runs to draw behind the curves. */

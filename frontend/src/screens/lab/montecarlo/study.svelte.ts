@@ -30,10 +30,6 @@ export class Study extends ScenarioForm {
   readonly stale = $derived.by(() => this.otherThan(this.job.report?.request));
   readonly settings = $derived.by(() => this.differing(this.job.report?.request, this.body()));
 
-  override label(path: string): string {
-    return path === 'cases' ? 'number of plants' : super.label(path);
-  }
-
   protected override get staged(): Changes {
     return app.draft;
   }

@@ -1,36 +1,25 @@
 /** The question why an error peaks, and its answer. */
 
-import type { Axis, Changes, Why } from '../../../app/api/types';
-import { errorText } from '../../../app/error-text';
+import type { Changes, Why } from '../../../app/api/types';
 import { LatestWins } from '../../../app/latest-wins';
-import { marginLimits } from '../../../parts/loop/margin-limits.svelte';
 import { app } from '../../../app/store.svelte';
+import { marginLimits } from '../../../parts/loop/margin-limits.svelte';
+import { ScenarioForm } from '../../../study/study-form.svelte';
 
-export interface WhyQuestion {
-  variant: string;
-  /** null: the axis on which the error is largest. */
-  axis: Axis | null;
-  /** A moment near the peak, s; null: the largest of the metrics window. */
-  time: number | null;
-  /** m; null: half the peak. */
-  goal: number | null;
-}
-
-class WhyStore {
-  open = $state(false);
-  /** Whose error; empty for the second variant, or the only one. */
-  variant = $state('');
-  axis = $state<Axis | 'worse'>('worse');
+class WhyForm extends ScenarioForm {
+  /** Whether the sheet is open. */
+  shown = $state(false);
   answer = $state.raw<Why | null>(null);
-  problem = $state('');
+  /** Whether an answer is on its way. */
   asking = $state(false);
   /** ms from question to answer. */
   took = $state(0);
-  private readonly queue = new LatestWins<WhyQuestion>((question) => this.run(question));
+  private readonly queue = new LatestWins<number | null>((time) => this.run(time));
 
-  ask(question: WhyQuestion): void {
+  /** @param time - a moment near the peak, s; null: the largest of the metrics window */
+  ask(time: number | null): void {
     this.asking = true;
-    this.queue.push(question);
+    this.queue.push(time);
   }
 
   /** Stages the change that mends the peak. */
@@ -39,29 +28,28 @@ class WhyStore {
     if (!set) return;
     app.setMode('whatif');
     app.set(set as Changes);
-    this.open = false;
+    this.shown = false;
   }
 
-  private async run(question: WhyQuestion): Promise<void> {
-    const scenario = app.session.info?.scenario;
-    if (!scenario) return;
+  private async run(time: number | null): Promise<void> {
+    if (!this.question) return;
     const begin = performance.now();
     const limits = {
       gain_margin: marginLimits.of('gain_margin'),
       phase_margin: marginLimits.of('phase_margin'),
       Ms: marginLimits.of('Ms'),
     };
-    const set = app.mode === 'whatif' ? app.draft : {};
+    const variant = this.text('variant');
     try {
-      this.answer = await app.api.why({ ...question, scenario, set, limits });
-      this.problem = '';
+      this.answer = await app.api.why({ ...this.body(), ...this.question, variant, time, limits });
+      this.problems = {};
     } catch (error) {
       this.answer = null;
-      this.problem = errorText(error);
+      this.refuse(error);
     }
     this.took = performance.now() - begin;
     this.asking = false;
   }
 }
 
-export const why = new WhyStore();
+export const why = new WhyForm('why', {}, { variant: 1 });
