@@ -295,13 +295,13 @@ def test_named_sets_are_kept_and_used(page: Page) -> None:
     button(page, "Discard")
     expect(region(page, "Changes")).to_contain_text("None")
     button(page, "Sets…")
-    stiff = sheet.get_by_role("article", name="Gain set stiff")
+    stiff = sheet.get_by_role("article", name="gain set stiff")
     expect(stiff).to_contain_text("B kp x 400 N/mm", timeout=LONG)
     expect(stiff).to_contain_text("max |ex|")
     sheet.get_by_role("button", name="Use stiff").click()
     expect(region(page, "Changes")).to_contain_text("400")
     button(page, "Sets…")
-    sheet.get_by_role("button", name="Delete stiff").click()
+    sheet.get_by_role("button", name="Delete the gain set stiff").click()
     expect(stiff).to_have_count(0, timeout=LONG)
 
 

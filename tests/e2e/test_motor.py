@@ -119,7 +119,7 @@ def test_a_map_is_computed_kept_opened_and_deleted(motor: Page) -> None:
     tab(motor, "preview")
     field(motor, "air gap, mm").fill("0.4")
     button(motor, "Compute")
-    stored = region(motor, "Stored maps").get_by_role("listitem").filter(has_text="g 400 µm")
+    stored = region(motor, "Stored maps").get_by_role("article").filter(has_text="g 400 µm")
     expect(stored).to_have_count(1, timeout=LONG)
     # The address names it: a reload, or another who is sent it, sees the same map.
     expect(motor).to_have_url(re.compile(r"map=[0-9a-f]{16}"))
@@ -159,7 +159,7 @@ def test_the_field_is_drawn_where_one_looks(motor: Page) -> None:
 
 def test_a_stored_map_goes_into_the_what_if(motor: Page) -> None:
     tab(motor, "Force maps")
-    motor.get_by_role("button", name=re.compile("^new-design")).click()
+    motor.get_by_role("button", name=re.compile("^Open new-design")).click()
     use = motor.get_by_role("group", name="Stage in the Lab")
     use.get_by_role("button", name="plant").click()
     expect(use.get_by_role("button", name="plant ✓")).to_be_disabled()

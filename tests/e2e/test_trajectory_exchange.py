@@ -217,7 +217,7 @@ def test_another_file_keeps_neither_kind_nor_name_of_the_one_before(
     assert kept != table(paths)
     saved.get_by_role("button", name="Overwrite").click()
     expect(saved.get_by_role("alert")).to_be_hidden(timeout=LONG)
-    saved.get_by_role("button", name="Delete", exact=True).click()
+    saved.get_by_role("button", name="Delete the path bow").click()
 
 
 def test_a_malformed_file_is_refused_with_its_line(paths: Page, refusals: list[str]) -> None:

@@ -9,6 +9,7 @@ import type {
   GainSet,
   JobKind,
   Metrics,
+  Motor,
   Problem,
   ReportOf,
   Scenario,
@@ -136,8 +137,10 @@ export class Api {
   }
 
   gainSets = () => this.json('get', '/gain-sets', {}) as Promise<unknown> as Promise<GainSet[]>;
-  keepGainSet = (name: string, body: { scenario: Scenario; values: Changes; note: string }) =>
-    this.json('put', '/gain-sets/{name}', { path: { name }, body });
+  keepGainSet = (
+    name: string,
+    body: { scenario: Scenario | string; values: Changes; note: string },
+  ) => this.json('put', '/gain-sets/{name}', { path: { name }, body });
   layouts = () => this.json('get', '/layouts', {});
   keepLayout = (name: string, body: { scopes: string[] }) =>
     this.json('put', '/layouts/{name}', { path: { name }, body });
@@ -160,6 +163,12 @@ export class Api {
   shareForce = (body: RequestOf<'/design/sharing'>) =>
     this.json('post', '/design/sharing', { body });
   mapField = (body: RequestOf<'/maps/field'>) => this.json('post', '/maps/field', { body });
+
+  motors = () => this.json('get', '/motors', {});
+  motor = (name: string) => this.json('get', '/motors/{name}', { path: { name } });
+  keepMotor = (name: string, body: Motor) =>
+    this.json('put', '/motors/{name}', { path: { name }, body });
+  dropMotor = (name: string) => this.json('delete', '/motors/{name}', { path: { name } });
 
   loop = (body: RequestOf<'/loop'>) => this.json('post', '/loop', { body });
   why = (body: RequestOf<'/why'>) => this.json('post', '/why', { body });

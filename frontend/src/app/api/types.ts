@@ -83,6 +83,7 @@ export type FieldPicture = Schemas['FieldPicture'];
 export type IdentificationPlan = Schemas['PlanDocument'];
 export type Identification = Schemas['IdentificationDocument'];
 export type Motor = Schemas['Motor'];
+export type MotorEntry = Schemas['MotorEntry'];
 export type IdentificationPartial = Schemas['PartialIdentification'];
 export type AxisIdentification = Schemas['AxisIdentification'];
 /** A search for gains, and the map of the cost over them. */

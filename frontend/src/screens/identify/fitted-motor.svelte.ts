@@ -1,8 +1,9 @@
 /** The simulated motor with what was identified, saved as a motor of one's own. */
 
-import type { Axis, Motor } from '../../app/api/types';
+import type { Axis, Motor, MotorEntry } from '../../app/api/types';
 import { getRun } from '../../parts/runs/runs-api';
 import { errorOf, simulateRun } from '../../parts/runs/simulate-run';
+import { SavedDocuments } from '../../parts/saved/saved-documents.svelte';
 import { screen } from '../../app/screen.svelte';
 import { app } from '../../app/store.svelte';
 import { quantity } from '../../ui/units';
@@ -38,30 +39,36 @@ export function motorName(typed: string): string {
 }
 
 class FittedMotor {
-  name = $state('');
+  /** Name that is typed for it. */
+  typed = $state('');
   busy = $state(false);
   /** The motor that was saved last, and under which name. */
   private kept = $state.raw<{ motor: Motor; name: string } | null>(null);
+  readonly motors = new SavedDocuments<MotorEntry, Motor>({
+    noun: 'motor',
+    list: app.api.motors,
+    drop: app.api.dropMotor,
+    put: app.api.keepMotor,
+    read: async ({ name }) => {
+      const { plant, origin = null } = await app.api.motor(name);
+      return { plant, origin };
+    },
+    nameOf: motorName,
+    changed: async (name, formerly) => {
+      if (this.kept && this.kept.name === formerly) this.kept = { ...this.kept, name };
+      await app.catalogue.motorChanged(name);
+    },
+  });
 
   /** Name under which a motor is kept; empty where it is not. */
   nameOf(motor: Motor): string {
-    return this.kept?.motor === motor ? this.kept.name : '';
+    if (this.kept?.motor !== motor || !this.motors.has(this.kept.name)) return '';
+    return this.kept.name;
   }
 
-  save = (motor: Motor) =>
-    this.carryOut(async () => {
-      const name = motorName(this.name);
-      await app.api.json('put', '/motors/{name}', { path: { name }, body: motor });
-      this.kept = { motor, name };
-      await app.catalogue.motorChanged(name);
-    });
-
-  drop = (name: string) =>
-    this.carryOut(async () => {
-      await app.api.json('delete', '/motors/{name}', { path: { name } });
-      this.kept = null;
-      await app.catalogue.motorChanged(name);
-    });
+  async save(motor: Motor, name: string): Promise<void> {
+    if (await this.motors.save(name, motor, this.nameOf(motor))) this.kept = { motor, name };
+  }
 
   /** Simulates the run with a motor, and opens both in Compare. */
   simulate = (id: string, name: string) =>

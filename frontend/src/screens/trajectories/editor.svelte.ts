@@ -182,9 +182,9 @@ export class Editor {
     save('path-saved', null);
   }
 
-  /** Whether saving would take the place of a path that is not the one on the screen. */
-  overwrites(names: readonly string[]): boolean {
-    return names.includes(this.name) && this.saved?.name !== this.name;
+  /** The path that was opened or saved last, with its name; null where it is new. */
+  get lastSaved(): GivenPath | null {
+    return this.saved;
   }
 
   private adopt(table: Table): void {

@@ -6,6 +6,7 @@ import { JobStore } from '../../../app/jobs/job-store.svelte';
 import { LatestWins } from '../../../app/latest-wins';
 import { fromAddress, setAddress } from '../../../app/storage';
 import { app } from '../../../app/store.svelte';
+import { SavedDocuments } from '../../../parts/saved/saved-documents.svelte';
 import { InstantForm } from '../../../study/instant-form.svelte';
 import type { Numbers } from '../quantity-fields';
 
@@ -23,7 +24,14 @@ type Shown = MapTables & { preview: boolean };
 
 class Maps extends InstantForm<Shown> {
   readonly job = new JobStore(app.api, 'map');
-  list = $state.raw<readonly MapEntry[]>([]);
+  readonly library = new SavedDocuments<MapEntry>({
+    noun: 'map',
+    list: app.api.maps,
+    drop: app.api.dropMap,
+    changed: (name) => {
+      if (this.opened === name) this.ask();
+    },
+  });
   view = $state<View>(viewOf(fromAddress('view')));
   picture = $state.raw<FieldPicture | null>(null);
   position = $state(-2.1e-3);
@@ -43,9 +51,9 @@ class Maps extends InstantForm<Shown> {
 
   /** Loads what is stored; shows the map of the address, else the preview. */
   async start(): Promise<void> {
-    await app.try(() => this.refresh());
+    await this.library.refresh();
     const name = fromAddress('map');
-    if (name && this.list.some((entry) => entry.name === name)) await this.open(name);
+    if (name && this.library.has(name)) await this.open(name);
     else this.ask();
     await app.try(() => this.job.resume());
     const { report } = this.job;
@@ -59,7 +67,7 @@ class Maps extends InstantForm<Shown> {
     if (this.handled === null || report.id === this.handled) return;
     this.handled = report.id;
     const { name } = report.result;
-    void app.try(() => this.refresh()).then(() => this.open(name));
+    void this.library.refresh().then(() => this.open(name));
   }
 
   protected override lasts(path: string): boolean {
@@ -90,14 +98,6 @@ class Maps extends InstantForm<Shown> {
       this.keep(this.withGeometry(tables.geometry));
       setAddress({ map: name });
       this.show({ ...tables, preview: false });
-    });
-  }
-
-  async remove(name: string): Promise<void> {
-    await app.try(async () => {
-      await app.api.dropMap(name);
-      await this.refresh();
-      if (this.opened === name) this.ask();
     });
   }
 
@@ -146,10 +146,6 @@ class Maps extends InstantForm<Shown> {
       .map(([name, value]) => [`geometry.${name}`, value] as const)
       .filter(([path, value]) => this.usual(path) !== value);
     return { preset: this.value('preset'), ...Object.fromEntries(differing) };
-  }
-
-  private async refresh(): Promise<void> {
-    this.list = await app.api.maps();
   }
 
   private async runField(body: object): Promise<void> {
