@@ -75,3 +75,8 @@ def test_names_say_what_they_hold() -> None:
 
 def test_no_place_is_listed_that_is_clean() -> None:
     assert [place for place in LEFT if not uses_in(place)] == []
+
+
+def test_files_of_the_page_say_what_they_hold() -> None:
+    paths = (ROOT / "frontend" / "src").rglob("*.*")
+    assert [path.name for path in paths if path.name.split(".")[0] in REFUSED] == []

@@ -27,8 +27,8 @@ export class Catalogue {
     const unknown = kinds.filter((kind) => !(kind in served.requests));
     if (unknown.length === 0) return;
     const load = async (kind: StudyKind) => [kind, await this.api.requestFields(kind)] as const;
-    const found = Object.fromEntries(await Promise.all(unknown.map(load)));
-    served.requests = { ...served.requests, ...found };
+    const requests = Object.fromEntries(await Promise.all(unknown.map(load)));
+    served.requests = { ...served.requests, ...requests };
   }
 
   async loadShipped(name: string): Promise<void> {

@@ -20,19 +20,19 @@ export interface LinkedSession {
  * it, as of a scenario with other variants.
  */
 export function settingsOf(shipped: Scenario, scenario: Scenario): Changes | null {
-  const found: Changes = {};
-  collect(shipped as unknown as Table, scenario as unknown as Table, '', found);
-  const again = withChanges(shipped, found);
-  return difference(again, scenario).length === 0 ? found : null;
+  const changes: Changes = {};
+  collect(shipped as unknown as Table, scenario as unknown as Table, '', changes);
+  const again = withChanges(shipped, changes);
+  return difference(again, scenario).length === 0 ? changes : null;
 }
 
-function collect(from: Table, to: Table, prefix: string, found: Changes): void {
+function collect(from: Table, to: Table, prefix: string, changes: Changes): void {
   for (const [key, value] of Object.entries(to)) {
     const path = prefix === '' ? key : `${prefix}.${key}`;
     const before = from[key];
     if (equal(before, value)) continue;
-    if (alike(before, value)) collect(before as Table, value as Table, path, found);
-    else found[path] = value as Value;
+    if (alike(before, value)) collect(before as Table, value as Table, path, changes);
+    else changes[path] = value as Value;
   }
 }
 
@@ -60,9 +60,9 @@ export function sessionParameters({ scenario, set, draft }: LinkedSession): Reco
 export function linkedSession(): LinkedSession {
   const scenario = fromAddress('scenario') ?? '';
   const changes = (key: string): Changes => {
-    const found: unknown = JSON.parse(fromAddress(key) || '{}');
-    if (typeof found !== 'object' || found === null || Array.isArray(found)) throw new Error(key);
-    return found as Changes;
+    const table: unknown = JSON.parse(fromAddress(key) || '{}');
+    if (typeof table !== 'object' || table === null || Array.isArray(table)) throw new Error(key);
+    return table as Changes;
   };
   return {
     scenario: scenario.startsWith('{') ? (JSON.parse(scenario) as Scenario) : scenario,

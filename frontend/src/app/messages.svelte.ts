@@ -56,12 +56,12 @@ class Messages {
     for (const message of this.list) this.time(message);
   }
 
-  private add(told: Omit<Message, 'id'>): void {
+  private add(content: Omit<Message, 'id'>): void {
     // The same again replaces what it repeats.
-    const same = this.list.find(({ text }) => text === told.text);
+    const same = this.list.find(({ text }) => text === content.text);
     if (same) this.dismiss(same.id);
     this.last += 1;
-    const message = { id: this.last, ...told };
+    const message = { id: this.last, ...content };
     this.list = [...this.list, message];
     this.time(message);
   }

@@ -28,8 +28,8 @@ export function boxOf(x: AxisScale, y: AxisScale): Box {
 export function valueTicks(scale: AxisScale): Tick[] {
   const { from, to } = scale;
   const height = Math.abs(scale.pixels[1] - scale.pixels[0]);
-  const found = scale.ticks(Math.max(ROW, height / 6));
-  if (height >= 2.5 * ROW && found.length > 2) return withUnit(found, scale);
+  const ticks = scale.ticks(Math.max(ROW, height / 6));
+  if (height >= 2.5 * ROW && ticks.length > 2) return withUnit(ticks, scale);
   const apart = 0.35 * (to - from);
   const few = roundEnds(scale);
   const [low = from, high = to] = few;

@@ -16,9 +16,9 @@ describe('ends of an axis', () => {
   });
 
   it('stay positive on a logarithmic axis', () => {
-    const found = extent([0, -4, null, Number.NaN, 3, 300], true);
-    expect(found).toEqual({ low: 3, high: 300 });
-    expect(ends({ label: 'k', log: true, from: 0 }, found)[0]).toBeGreaterThan(0);
+    const range = extent([0, -4, null, Number.NaN, 3, 300], true);
+    expect(range).toEqual({ low: 3, high: 300 });
+    expect(ends({ label: 'k', log: true, from: 0 }, range)[0]).toBeGreaterThan(0);
   });
 });
 

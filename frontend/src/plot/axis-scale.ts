@@ -35,9 +35,9 @@ export function extent(values: Iterable<number | null>, log = false): Extent | n
 }
 
 /** Ends of an axis around its data: with a little room, or exactly (`tight`). */
-export function ends(axis: PlotAxis, found: Extent | null, tight = false): [number, number] {
+export function ends(axis: PlotAxis, data: Extent | null, tight = false): [number, number] {
   const log = axis.log === true;
-  let { low, high } = found ?? (log ? { low: 1, high: 10 } : { low: 0, high: 1 });
+  let { low, high } = data ?? (log ? { low: 1, high: 10 } : { low: 0, high: 1 });
   if (log) {
     if (low === high) [low, high] = [low / 2, high * 2];
     const room = tight ? 1 : (high / low) ** 0.04;
@@ -159,17 +159,17 @@ export class AxisScale {
     const every = Math.max(1, Math.ceil(decades / room));
     const all = [1, 2, 3, 4, 5, 6, 7, 8, 9];
     const between = decades * 9 <= room ? all : decades * 3 <= room ? [1, 2, 5] : [1];
-    const found: Tick[] = [];
+    const ticks: Tick[] = [];
     for (let decade = Math.floor(low); decade <= Math.ceil(high); decade++) {
       const digitsHere = decades > 12 ? [1] : all;
       for (const digit of digitsHere) {
         const value = (digit * 10 ** decade) / factor;
         if (value < this.from * (1 - 1e-9) || value > this.to * (1 + 1e-9)) continue;
         const named = between.includes(digit) && decade % every === 0;
-        found.push({ value, text: named ? logText(digit, decade) : '' });
+        ticks.push({ value, text: named ? logText(digit, decade) : '' });
       }
     }
-    return found;
+    return ticks;
   }
 
   private warp(value: number): number {

@@ -60,8 +60,8 @@ export function pixelOf(colour: string): number {
   return pixel(rgb(colour));
 }
 
-function rgb(given: string): number[] {
-  const colour = given.length === 4 ? given.replace(/[^#]/g, '$&$&') : given;
+function rgb(hex: string): number[] {
+  const colour = hex.length === 4 ? hex.replace(/[^#]/g, '$&$&') : hex;
   return [1, 3, 5].map((i) => Number.parseInt(colour.slice(i, i + 2), 16));
 }
 

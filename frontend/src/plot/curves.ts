@@ -68,14 +68,14 @@ export function ascending(numbers: Numbers): boolean {
 export function nearest(line: Pick<Series, 'x' | 'y'>, at: Cursor, x: AxisScale, y: AxisScale) {
   const flat = at.y === null || ascending(line.x);
   const [px, py] = [x.px(at.x), y.px(at.y)];
-  let [best, found] = [Number.POSITIVE_INFINITY, -1];
+  let [best, index] = [Number.POSITIVE_INFINITY, -1];
   for (let i = 0; i < line.x.length; i++) {
     const along = x.px(line.x[i]) - px;
     const across = flat ? (finite(line.y[i]) ? 0 : Number.NaN) : y.px(line.y[i]) - py;
     const distance = along * along + across * across;
-    if (distance < best) [best, found] = [distance, i];
+    if (distance < best) [best, index] = [distance, i];
   }
-  return found;
+  return index;
 }
 
 /** The finest curve: keys that follow it jump over no point. */

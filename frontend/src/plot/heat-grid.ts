@@ -51,11 +51,11 @@ function* values(rows: Rows): Generator<number | null> {
 
 /** Ends of the colour axis. */
 export function colourRange(z: ColourAxis, rows: Rows): Extent {
-  const found = extent(values(rows), z.log) ?? {
+  const range = extent(values(rows), z.log) ?? {
     low: z.log === true ? 1 : 0,
     high: z.log === true ? 10 : 1,
   };
-  let [low, high] = [z.from ?? found.low, z.to ?? found.high];
+  let [low, high] = [z.from ?? range.low, z.to ?? range.high];
   if (z.centre !== undefined) {
     const far = Math.max(high - z.centre, z.centre - low);
     [low, high] = [z.centre - far, z.centre + far];
@@ -175,23 +175,23 @@ export function paint(image: Uint32Array, painting: Painting): void {
 
 /** Entries of the legend for lines: one for each, or one for a family. */
 export function lineKeys(lines: readonly Line[]): Series[] {
-  const found = new Map<string, Series>();
+  const byName = new Map<string, Series>();
   for (const line of lines) {
     const name = line.family ?? line.name;
-    if (!found.has(name)) found.set(name, { ...line, name, kind: 'line' });
+    if (!byName.has(name)) byName.set(name, { ...line, name, kind: 'line' });
   }
-  return [...found.values()];
+  return [...byName.values()];
 }
 
 /** Entries of the legend for points: one for each, or one for a family. */
 export function keysOf(points: readonly Spot[]): Series[] {
-  const found = new Map<string, Series>();
+  const byKey = new Map<string, Series>();
   for (const { name, family, ink, marker = 'circle' } of points) {
     const key = family ?? name;
-    if (found.has(key)) continue;
-    found.set(key, { name: key, x: [], y: [], kind: 'points', marker, ...(ink ? { ink } : {}) });
+    if (byKey.has(key)) continue;
+    byKey.set(key, { name: key, x: [], y: [], kind: 'points', marker, ...(ink ? { ink } : {}) });
   }
-  return [...found.values()];
+  return [...byKey.values()];
 }
 
 /** Every so many columns or rows of a table, so that at most `most` are left. */

@@ -52,11 +52,11 @@ export function layout({
   const right = Math.max(left + 20, width - margin);
   // Curves over x go from edge to edge; over a logarithmic x they keep a little room.
   const alongX = ends(x, spans.x, tight || x.log !== true);
-  const wanted = equal
+  const ranges = equal
     ? equalise(alongX, alongY, right - left, bottom - TOP)
     : { x: alongX, y: alongY };
-  const first = new AxisScale(x, ...wanted.x, [left, right]);
+  const first = new AxisScale(x, ...ranges.x, [left, right]);
   const shared = equal && x.unit === y.unit ? first.shown : undefined;
-  const second = new AxisScale(y, ...wanted.y, [bottom, TOP], shared);
+  const second = new AxisScale(y, ...ranges.y, [bottom, TOP], shared);
   return { x: first, y: second, left, right, top: TOP, bottom };
 }

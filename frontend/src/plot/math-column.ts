@@ -34,16 +34,16 @@ export function mathLabel(column: string): string {
 
 /** What keeps math channels from being computed beside the ones before them, by column. */
 export function refusedBeside(columns: readonly string[]): ReadonlyMap<string, string> {
-  const found = new Map<string, string>();
+  const problems = new Map<string, string>();
   const taken = new Set<string>();
   for (const column of columns) {
     const { name, expression } = mathParts(column);
     const called = name || expression;
     if (taken.has(called))
-      found.set(column, `another channel is called ${called}; choose another name`);
+      problems.set(column, `another channel is called ${called}; choose another name`);
     else if (taken.size === MATH_MAX) {
-      found.set(column, `${MATH_MAX} math channels are the most at once; delete one`);
+      problems.set(column, `${MATH_MAX} math channels are the most at once; delete one`);
     } else taken.add(called);
   }
-  return found;
+  return problems;
 }

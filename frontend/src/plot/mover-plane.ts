@@ -30,9 +30,9 @@ interface Trail {
 /** Returns a factor of 1, 2 or 5 times a power of ten that makes `error` visible on a path of `size`. */
 export function magnification(size: number, error: number): number {
   if (!(error > 0) || !(size > 0)) return 1;
-  const wanted = (SHARE * size) / error;
-  const step = roundStep(wanted);
-  const below = step > wanted * (1 + 1e-9) ? roundStep(step / 2.5) : step;
+  const factor = (SHARE * size) / error;
+  const step = roundStep(factor);
+  const below = step > factor * (1 + 1e-9) ? roundStep(step / 2.5) : step;
   return Math.max(1, below);
 }
 
@@ -130,7 +130,7 @@ export class PlaneView {
     if (!(box.x.from <= box.x.to)) return;
     const extent = Math.max(box.x.to - box.x.from, box.y.to - box.y.from, 1e-7);
     const room = (SHARE + MARGIN) * extent;
-    const wanted = {
+    const fitted = {
       x: { from: box.x.from - room, to: box.x.to + room },
       y: { from: box.y.from - room, to: box.y.to + room },
     };
@@ -143,17 +143,17 @@ export class PlaneView {
       present.y.from <= box.y.from - reach &&
       present.y.to >= box.y.to + reach &&
       extent > 0.4 * Math.max(present.x.to - present.x.from, present.y.to - present.y.from);
-    if (!stays) this.box = wanted;
+    if (!stays) this.box = fitted;
   }
 
   private chooseFactor(error: number): void {
     if (!this.box) return;
     const { x, y } = this.box;
     const size = Math.max(x.to - x.from, y.to - y.from) / (1 + 2 * (SHARE + MARGIN));
-    const wanted = magnification(size, error);
+    const factor = magnification(size, error);
     const share = (this.factor * error) / size;
-    const stays = share < 1.2 * SHARE && wanted < 2 * this.factor;
-    if (!stays) this.factor = wanted;
+    const stays = share < 1.2 * SHARE && factor < 2 * this.factor;
+    if (!stays) this.factor = factor;
   }
 
   private path({ x, y }: Trail, ink: Ink, width: number): void {

@@ -46,9 +46,9 @@ export class OverviewChart {
     const x = (this.x = this.timeScale(whole, right));
     const [left, end] = x.pixels;
     const bins = source.cut(whole.from, whole.to, end - left);
-    const found = this.curves.map((curve) => curve.read(source, bins));
-    const low = Math.min(...found.map(([least]) => least));
-    const high = Math.max(...found.map(([, most]) => most));
+    const extents = this.curves.map((curve) => curve.read(source, bins));
+    const low = Math.min(...extents.map(([least]) => least));
+    const high = Math.max(...extents.map(([, most]) => most));
     const { from, to } = calmRange(null, low, high);
     const y = new AxisScale(TIME, from, to, [height - EDGE, EDGE]);
     canvas.clear();

@@ -106,8 +106,8 @@ function headOf(
 }
 
 function titleOf(around: Element | null): string {
-  const found = around?.querySelector('h3, figure > header > b') ?? null;
-  const heading = around?.matches('figure') ? around.querySelector('b') : found;
+  const title = around?.querySelector('h3, figure > header > b') ?? null;
+  const heading = around?.matches('figure') ? around.querySelector('b') : title;
   return textOf(heading) || (around?.getAttribute('aria-label') ?? 'Plot');
 }
 

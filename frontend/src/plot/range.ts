@@ -21,11 +21,11 @@ export function roundStep(least: number): number {
 
 /** Returns the multiples of `step` within a range. */
 export function multiples({ from, to }: Range, step: number): number[] {
-  const found: number[] = [];
+  const ticks: number[] = [];
   for (let i = Math.ceil(from / step - 1e-9); i * step <= to + step * 1e-9; i++) {
-    found.push(i === 0 ? 0 : Number((i * step).toPrecision(12)));
+    ticks.push(i === 0 ? 0 : Number((i * step).toPrecision(12)));
   }
-  return found;
+  return ticks;
 }
 
 /** Returns a range with round ends around the data, with some room; of nothing but zeros, `still`. */
@@ -50,9 +50,9 @@ export function fit(low: number, high: number, still = 1): Range {
  * large, so that an axis does not jump about while a curve slides through it.
  */
 export function calmRange(present: Range | null, low: number, high: number, still?: number): Range {
-  const wanted = fit(low, high, still);
-  if (!present) return wanted;
+  const fitted = fit(low, high, still);
+  if (!present) return fitted;
   const holds = present.from <= low && high <= present.to;
-  const roomy = present.to - present.from > 1.6 * (wanted.to - wanted.from);
-  return holds && !roomy ? present : wanted;
+  const roomy = present.to - present.from > 1.6 * (fitted.to - fitted.from);
+  return holds && !roomy ? present : fitted;
 }

@@ -210,12 +210,12 @@ export class ScopeChart implements TimeAxis {
     const { range, across } = this;
     let any = false;
     this.groups.forEach((group, place) => {
-      const found = [
+      const extents = [
         ...group.curves.map((curve) => curve.read(source, bins, kept)),
         ...(place === 0 ? underlays.map((each) => each.read(range, across)) : []),
       ];
-      const low = Math.min(...found.map(([least]) => least));
-      const high = Math.max(...found.map(([, most]) => most));
+      const low = Math.min(...extents.map(([least]) => least));
+      const high = Math.max(...extents.map(([, most]) => most));
       if (place === 0 && low <= high) any = true;
       if (follow || !group.values) {
         group.values = calmRange(follow ? group.values : null, low, high, this.scope.still);

@@ -54,10 +54,10 @@ const CHANNEL = /^([\w.%-]{1,800}?)(!?)(~?)$/;
 
 export function readScope(text: string): ScopeSpec | null {
   const [, names = '', high = '1', from, to] = SCOPE.exec(text) ?? [];
-  const found = names.split(',').map((name) => CHANNEL.exec(name));
-  if (found.length > TRACES_MAX) return null;
+  const matches = names.split(',').map((name) => CHANNEL.exec(name));
+  if (matches.length > TRACES_MAX) return null;
   const spec = { channels: [] as string[], hidden: [] as string[], own: [] as string[] };
-  for (const each of found) {
+  for (const each of matches) {
     const name = each && unescaped(each[1] as string);
     if (!name) return null;
     if (spec.channels.includes(name)) continue;

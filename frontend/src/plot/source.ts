@@ -134,8 +134,8 @@ export class StillSource implements SampleSource {
   }
   /** A column, or the difference of two, which is computed when it is first asked for. */
   private envelope(column: string): Envelope | undefined {
-    const found = this.columns.get(column) ?? this.differences.get(column);
-    if (found) return found;
+    const curve = this.columns.get(column) ?? this.differences.get(column);
+    if (curve) return curve;
     const { minuend, subtrahend } = differenceOf(column) ?? {};
     const a = this.columns.get(minuend ?? '');
     const b = this.columns.get(subtrahend ?? '');

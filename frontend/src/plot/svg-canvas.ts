@@ -175,7 +175,7 @@ export class SvgCanvas extends Canvas {
     const real = element.getContext('2d') as CanvasRenderingContext2D;
     const writer = new SvgWriter(real);
     const context = new Proxy(real, {
-      get: (_, name) => found(real, writer, name as keyof CanvasRenderingContext2D),
+      get: (_, name) => member(real, writer, name as keyof CanvasRenderingContext2D),
       set: (_, name, value) => Reflect.set(real, name, value),
     });
     element.getContext = (() => context) as unknown as typeof element.getContext;
@@ -195,7 +195,7 @@ export class SvgCanvas extends Canvas {
   }
 }
 
-function found(
+function member(
   real: CanvasRenderingContext2D,
   writer: SvgWriter,
   name: keyof CanvasRenderingContext2D,

@@ -46,15 +46,15 @@ export function completions(word: string, channels: readonly Channel[]): Complet
   const functions = Object.entries(FUNCTIONS)
     .filter(([name]) => name.startsWith(sought))
     .map(([name, detail]) => ({ text: `${name}(`, name, detail }));
-  const found = channels
+  const matches = channels
     .filter(({ name }) => `${name} ${channelName(name)}`.toLowerCase().includes(sought))
     .map(({ name, unit }) => ({
       text: written(name),
       name,
       detail: `${channelName(name)}${unit === '1' ? '' : `, ${unit}`}`,
     }));
-  const whole = found.length === 1 && found[0]?.text === word;
-  return whole ? [] : [...functions, ...found];
+  const whole = matches.length === 1 && matches[0]?.text === word;
+  return whole ? [] : [...functions, ...matches];
 }
 
 /** The text with its word at the caret replaced, and where the caret is then. */

@@ -113,8 +113,8 @@ async function samplesOf(view: TimeView, column: string, from: number, to: numbe
   if (view.coming && source) return every(source, 0);
   const { minuend, subtrahend } = differenceOf(column) ?? {};
   const read = minuend && subtrahend ? [minuend, subtrahend] : [column];
-  const found = await view.samples(read, { from, to: to + period });
-  return found && every(found, 0.5);
+  const samples = await view.samples(read, { from, to: to + period });
+  return samples && every(samples, 0.5);
 }
 
 export function tellPeak(view: TimeView, peak: Peak | null, way: 1 | -1): void {

@@ -20,11 +20,11 @@ it('are those of every sample within the range', () => {
   const wave = Array.from({ length: 4000 }, (_, i) =>
     i < 2000 ? 3 + Math.sin((2 * Math.PI * i) / 1000) : 99,
   );
-  const found = statistics(live(wave), 'e', { from: 0, to: 1 });
-  expect(found.mean).toBeCloseTo(3, 6);
-  expect(found.deviation).toBeCloseTo(Math.SQRT1_2, 6);
-  expect(found.rms).toBeCloseTo(Math.sqrt(9.5), 6);
-  expect(found.span).toBeCloseTo(2, 6);
+  const figures = statistics(live(wave), 'e', { from: 0, to: 1 });
+  expect(figures.mean).toBeCloseTo(3, 6);
+  expect(figures.deviation).toBeCloseTo(Math.SQRT1_2, 6);
+  expect(figures.rms).toBeCloseTo(Math.sqrt(9.5), 6);
+  expect(figures.span).toBeCloseTo(2, 6);
 });
 
 it('leave gaps out', () => {
@@ -39,13 +39,13 @@ it('take a curve as even between the extremes of a bin', () => {
     maximum: new Float32Array([2, 4, 6, 8]),
   };
   const source = new StillSource(10, 1, 4, new Map([['e', envelope]]));
-  const found = statistics(source, 'e', { from: 0, to: 20 });
-  expect(found.mean).toBe(4);
-  expect(found.rms ** 2).toBeCloseTo(64 / 3, 9);
-  expect(found.span).toBe(8);
+  const figures = statistics(source, 'e', { from: 0, to: 20 });
+  expect(figures.mean).toBe(4);
+  expect(figures.rms ** 2).toBeCloseTo(64 / 3, 9);
+  expect(figures.span).toBe(8);
 });
 
 it('are not there where nothing is', () => {
-  const found = statistics(live([1, 2]), 'e', { from: 5, to: 6 });
-  expect(Object.values(found).every((value) => !Number.isFinite(value))).toBe(true);
+  const figures = statistics(live([1, 2]), 'e', { from: 5, to: 6 });
+  expect(Object.values(figures).every((value) => !Number.isFinite(value))).toBe(true);
 });

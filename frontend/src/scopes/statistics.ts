@@ -84,21 +84,21 @@ const BAND = 0.02;
 export function response(source: SampleSource, column: string, range: Range): Response {
   const { low, high, count, time } = samples(source, column, range);
   const none = Number.NaN;
-  const found: Response = { least: Infinity, most: -Infinity, peak: none, peakAt: none, rise: none, settling: none, overshoot: none }; // prettier-ignore
+  const figures: Response = { least: Infinity, most: -Infinity, peak: none, peakAt: none, rise: none, settling: none, overshoot: none }; // prettier-ignore
   const value = (i: number) => ((low[i] as number) + (high[i] as number)) / 2;
   for (let i = 0; i < count; i++) {
     const [a, b] = [low[i] as number, high[i] as number];
     if (!(a <= b)) continue; // a gap
-    found.least = Math.min(found.least, a);
-    found.most = Math.max(found.most, b);
+    figures.least = Math.min(figures.least, a);
+    figures.most = Math.max(figures.most, b);
     const farther = -a > b ? a : b;
-    if (Number.isNaN(found.peak) || Math.abs(farther) > Math.abs(found.peak)) {
-      [found.peak, found.peakAt] = [farther, time(i)];
+    if (Number.isNaN(figures.peak) || Math.abs(farther) > Math.abs(figures.peak)) {
+      [figures.peak, figures.peakAt] = [farther, time(i)];
     }
   }
   const [first, last] = [value(0), value(count - 1)];
   const way = last - first;
-  if (!(Math.abs(way) > STEP * (found.most - found.least))) return found;
+  if (!(Math.abs(way) > STEP * (figures.most - figures.least))) return figures;
   const share = (i: number) => (value(i) - first) / way;
   let [begin, end, outside] = [-1, -1, -1];
   for (let i = 0; i < count; i++) {
@@ -106,9 +106,9 @@ export function response(source: SampleSource, column: string, range: Range): Re
     if (end < 0 && share(i) >= 0.9) end = i;
     if (Math.abs(share(i) - 1) > BAND) outside = i;
   }
-  found.rise = begin >= 0 && end >= begin ? time(end) - time(begin) : none;
-  found.settling = time(outside + 1) - time(0);
-  const beyond = way > 0 ? found.most - last : last - found.least;
-  found.overshoot = Math.max(0, beyond / Math.abs(way));
-  return found;
+  figures.rise = begin >= 0 && end >= begin ? time(end) - time(begin) : none;
+  figures.settling = time(outside + 1) - time(0);
+  const beyond = way > 0 ? figures.most - last : last - figures.least;
+  figures.overshoot = Math.max(0, beyond / Math.abs(way));
+  return figures;
 }

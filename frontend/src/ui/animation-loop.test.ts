@@ -8,8 +8,8 @@ let drawn: number[] = [];
 let remove = (): void => {};
 
 class Observer {
-  constructor(told: () => void) {
-    rebuilt = told;
+  constructor(callback: () => void) {
+    rebuilt = callback;
   }
   observe(): void {}
 }
@@ -19,7 +19,9 @@ beforeEach(() => {
   vi.stubGlobal('requestAnimationFrame', (draw: (now: number) => void) =>
     setTimeout(() => draw(performance.now()), 16),
   );
-  vi.stubGlobal('addEventListener', (name: string, told: () => void) => heard.set(name, told));
+  vi.stubGlobal('addEventListener', (name: string, callback: () => void) =>
+    heard.set(name, callback),
+  );
   vi.stubGlobal('MutationObserver', Observer);
   vi.stubGlobal('document', {});
   drawn = [];

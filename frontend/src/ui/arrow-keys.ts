@@ -29,13 +29,13 @@ function towards(
   [x, y]: readonly [number, number],
 ): HTMLElement | undefined {
   const [x0, y0] = middle(from);
-  const found = buttons.flatMap((button) => {
+  const candidates = buttons.flatMap((button) => {
     const [dx, dy] = [middle(button)[0] - x0, middle(button)[1] - y0];
     const ahead = dx * x + dy * y;
     const aside = Math.abs(dx * y) + Math.abs(dy * x);
     return ahead > 1 ? [{ button, far: ahead + ASIDE * aside }] : [];
   });
-  return found.sort((a, b) => a.far - b.far)[0]?.button;
+  return candidates.sort((a, b) => a.far - b.far)[0]?.button;
 }
 
 function middle(element: HTMLElement): readonly [number, number] {

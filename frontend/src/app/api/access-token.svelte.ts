@@ -3,7 +3,7 @@
 import type { Api } from './client';
 
 export class TokenPrompt {
-  wanted = $state(false);
+  needed = $state(false);
   /** Whether this server has browsers log in at all. */
   required = $state(false);
   private waiting: (() => void)[] = [];
@@ -11,14 +11,14 @@ export class TokenPrompt {
   constructor(private readonly api: Api) {
     api.onUnauthorized = () =>
       new Promise((resolve) => {
-        this.wanted = true;
+        this.needed = true;
         this.waiting.push(resolve);
       });
   }
 
   async give(token: string): Promise<void> {
     await this.api.login(token);
-    this.wanted = false;
+    this.needed = false;
     this.waiting.forEach((go) => go());
     this.waiting = [];
   }

@@ -245,10 +245,10 @@ export class Api {
     const pairs = Object.entries(query).flatMap(([name, value]) =>
       [value].flat().map((each) => [name, String(each)]),
     );
-    const asked = new URLSearchParams(pairs).toString();
+    const search = new URLSearchParams(pairs).toString();
     let response: Response;
     try {
-      response = await fetch(ROOT + place + (asked && `?${asked}`), {
+      response = await fetch(ROOT + place + (search && `?${search}`), {
         method: method.toUpperCase(),
         headers: {
           ...header,

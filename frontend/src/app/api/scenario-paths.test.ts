@@ -73,9 +73,9 @@ describe('difference', () => {
 it('has a scenario as it holds at 0 s, with what a person has changed', () => {
   const later = { 'variants.B.controller.x.k_p': 5, 'variants.B.controller.x.k_d': 6 };
   const base = { ...scenario, schedule: [{ time: 90, set: later }] } as unknown as Scenario;
-  const given = { 'plant.x.mass': 7, 'variants.B.controller.x.k_d': 8 };
-  const now = withChanges(withChanges(base, later), given);
-  const changes = [{ tick: 9, set: given, previous: {} }];
-  expect(atStart({ base, scenario: now, changes })).toEqual(withChanges(base, given));
+  const restored = { 'plant.x.mass': 7, 'variants.B.controller.x.k_d': 8 };
+  const now = withChanges(withChanges(base, later), restored);
+  const changes = [{ tick: 9, set: restored, previous: {} }];
+  expect(atStart({ base, scenario: now, changes })).toEqual(withChanges(base, restored));
   expect(atStart({ base, scenario: base, changes: [] })).toEqual(base);
 });

@@ -83,12 +83,12 @@ const WORDS = new Set(['title', 'description', 'label']);
  * A part that goes by another name, such as another motor, is one difference, not its hundred values.
  */
 export function difference(from: object, to: object): ScenarioDifference[] {
-  const found: ScenarioDifference[] = [];
-  walk(from as Table, to as Table, '', found);
-  return found;
+  const differences: ScenarioDifference[] = [];
+  walk(from as Table, to as Table, '', differences);
+  return differences;
 }
 
-function walk(from: Table, to: Table, prefix: string, found: ScenarioDifference[]): void {
+function walk(from: Table, to: Table, prefix: string, differences: ScenarioDifference[]): void {
   for (const key of new Set([...Object.keys(to), ...Object.keys(from)])) {
     if (WORDS.has(key)) continue;
     const path = prefix === '' ? key : `${prefix}.${key}`;
@@ -96,17 +96,17 @@ function walk(from: Table, to: Table, prefix: string, found: ScenarioDifference[
     if (equal(a, b)) continue;
     if (isTable(a) && isTable(b)) {
       if (isPart(path) && a.name !== b.name && b.name !== 'custom') {
-        found.push({ path, from: a.name, to: b.name });
+        differences.push({ path, from: a.name, to: b.name });
       } else if (path === 'trajectory' && a.kind !== b.kind) {
-        found.push({ path, from: a.kind, to: b.kind });
+        differences.push({ path, from: a.kind, to: b.kind });
       } else if (path.endsWith('.force_map') && (a.kind !== b.kind || a.name !== b.name)) {
         // One is a formula or another table: their numbers are not compared.
-        found.push({ path, from: a.name ?? a.kind, to: b.name ?? b.kind });
+        differences.push({ path, from: a.name ?? a.kind, to: b.name ?? b.kind });
       } else {
-        walk(a, b, path, found);
+        walk(a, b, path, differences);
       }
     } else if (key !== 'name' || prefix === '') {
-      found.push({ path, from: a, to: b });
+      differences.push({ path, from: a, to: b });
     }
   }
 }
@@ -131,9 +131,9 @@ export function atStart({
 }: Pick<SessionInfo, 'base' | 'scenario' | 'changes'>): Scenario {
   const scheduled = scenario.schedule?.flatMap(({ set }) => Object.keys(set)) ?? [];
   if (scheduled.length === 0) return scenario;
-  const given = changes.flatMap(({ set }) => Object.keys(set));
+  const overridden = changes.flatMap(({ set }) => Object.keys(set));
   const back = difference(base, scenario).filter(
-    ({ path, from }) => from !== undefined && covers(scheduled, path) && !covers(given, path),
+    ({ path, from }) => from !== undefined && covers(scheduled, path) && !covers(overridden, path),
   );
   return back.reduce((result, { path, from }) => withValue(result, path, from as Value), scenario);
 }

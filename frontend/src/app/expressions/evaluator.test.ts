@@ -7,10 +7,10 @@ const samples: Record<string, readonly (number | null)[]> = fixture.samples;
 const typed = (name: string) =>
   Float32Array.from(samples[name] ?? [], (each) => each ?? Number.NaN);
 
-function close(found: ArrayLike<number>, wanted: readonly (number | null)[]): void {
-  expect(found.length).toBe(wanted.length);
-  wanted.forEach((value, i) => {
-    const each = found[i] as number;
+function close(values: ArrayLike<number>, expected: readonly (number | null)[]): void {
+  expect(values.length).toBe(expected.length);
+  expected.forEach((value, i) => {
+    const each = values[i] as number;
     if (value === null) expect(each, `sample ${i}`).toBeNaN();
     else expect(Math.abs(each - value), `sample ${i}`).toBeLessThan(1e-6 * Math.abs(value) + 1e-9);
   });
@@ -21,8 +21,10 @@ describe('Evaluator', () => {
     const sources = channels.map(typed);
     const evaluator = new Evaluator(steps);
     for (let turn = 0; turn < 2; turn++) {
-      const found = values.map((_, i) => evaluator.next((place) => sources[place]?.[i] as number));
-      close(found, values);
+      const results = values.map((_, i) =>
+        evaluator.next((place) => sources[place]?.[i] as number),
+      );
+      close(results, values);
       evaluator.reset();
     }
   });

@@ -19,7 +19,7 @@ const keyOf = (whose: Whose, column: string) => `${JSON.stringify(whose)} ${colu
 
 export class Expressions {
   private readonly known = new SvelteMap<string, Checked>();
-  private readonly asked: Record<string, boolean> = {};
+  private readonly requested: Record<string, boolean> = {};
 
   constructor(private readonly api: Api) {}
 
@@ -31,7 +31,7 @@ export class Expressions {
   /** Asks the server about math channels that are not known yet. */
   want(whose: Whose, columns: readonly string[]): void {
     if ('variants' in whose && whose.variants.length === 0) return;
-    const fresh = columns.filter((column) => !this.asked[keyOf(whose, column)]);
+    const fresh = columns.filter((column) => !this.requested[keyOf(whose, column)]);
     for (let i = 0; i < fresh.length; i += MOST) void this.get(whose, fresh.slice(i, i + MOST));
   }
 
@@ -48,7 +48,7 @@ export class Expressions {
   }
 
   private async get(whose: Whose, columns: readonly string[]): Promise<void> {
-    for (const column of columns) this.asked[keyOf(whose, column)] = true;
+    for (const column of columns) this.requested[keyOf(whose, column)] = true;
     try {
       await this.ask(whose, columns);
     } catch (error) {

@@ -114,11 +114,12 @@ export function shownIn({ unit }: ProblemField, field: Scale) {
 
 /** Writes what is allowed instead; empty where the server does not say. */
 export function permitted(
-  { range, bounds, unit: given }: ProblemField,
+  { range, bounds, unit: siUnit }: ProblemField,
   { number, unit }: ReturnType<typeof shownIn>,
 ): string {
   const ends = boundsText(bounds ?? {}, number);
-  const text = ends === '' ? `${range ?? ''} ${given === 'items' ? given : ''}` : `${ends} ${unit}`;
+  const text =
+    ends === '' ? `${range ?? ''} ${siUnit === 'items' ? siUnit : ''}` : `${ends} ${unit}`;
   return text.trim() === '' ? '' : ` Allowed: ${text.trim()}.`;
 }
 

@@ -104,9 +104,10 @@ export class JobStore<K extends JobKind> {
     const { own } = this;
     const ours = this.records.filter(({ id }) => own.includes(id));
     const kept = load(this.key, '');
-    const found = ours.find(active) ?? this.records.find((record) => record.id === kept) ?? ours[0];
-    if (!found) return;
-    const report = await this.api.job<K>(found.id);
+    const resumed =
+      ours.find(active) ?? this.records.find((record) => record.id === kept) ?? ours[0];
+    if (!resumed) return;
+    const report = await this.api.job<K>(resumed.id);
     // Meanwhile another may have been started; that one is shown.
     if (!this.report) this.look(report);
   }

@@ -98,10 +98,10 @@ export function toRead(
 ): Reading | null {
   const length = visible.to - visible.from;
   const soon = { from: visible.from, to: visible.to + (moving ? MARGIN * length : 0) };
-  const wanted = within(soon, run);
-  if (!wanted) return null;
+  const needed = within(soon, run);
+  if (!needed) return null;
   const step = stepFor(visible, run, finer);
-  if (there.some((grid) => grid && grid.step <= step && covers(grid, wanted))) return null;
+  if (there.some((grid) => grid && grid.step <= step && covers(grid, needed))) return null;
   const ahead = moving ? AHEAD : MARGIN;
   const range = within(
     { from: visible.from - MARGIN * length, to: visible.to + ahead * length },

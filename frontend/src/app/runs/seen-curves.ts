@@ -47,11 +47,11 @@ export class SeenCurves {
     const last = this.seen.at(-1);
     const stays = last?.source === this.drawn && last && fits(last, columns, range);
     if (stays && last.source.step <= step && last.source.step * FINEST >= step) return last.source;
-    const found = this.find(columns, range, step);
-    if (!found) return null;
-    this.seen = [...this.seen.filter((each) => each !== found), found];
-    this.drawn = found.source;
-    return found.source;
+    const curves = this.find(columns, range, step);
+    if (!curves) return null;
+    this.seen = [...this.seen.filter((each) => each !== curves), curves];
+    this.drawn = curves.source;
+    return curves.source;
   }
 
   /** Whether there are curves of a stretch of time with at most such bins. */
@@ -60,16 +60,16 @@ export class SeenCurves {
   }
 
   private find(columns: readonly string[], range: Range, step: number): Seen | null {
-    let found: Seen | null = null;
+    let best: Seen | null = null;
     for (const each of this.seen) {
       if (!fits(each, columns, range)) continue;
-      const [a, b] = [each.source.step, found?.source.step ?? Number.POSITIVE_INFINITY];
-      if (b > step ? a < b : a <= step && a > b) found = each;
+      const [a, b] = [each.source.step, best?.source.step ?? Number.POSITIVE_INFINITY];
+      if (b > step ? a < b : a <= step && a > b) best = each;
     }
-    return found;
+    return best;
   }
 }
 
-function fits({ columns, source }: Seen, wanted: readonly string[], range: Range): boolean {
-  return covers(source, range) && wanted.every((name) => columns.has(name));
+function fits({ columns, source }: Seen, names: readonly string[], range: Range): boolean {
+  return covers(source, range) && names.every((name) => columns.has(name));
 }

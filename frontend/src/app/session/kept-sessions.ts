@@ -98,15 +98,15 @@ export function withPath(paths: readonly GivenPath[], path: GivenPath): readonly
 export function pathName(
   trajectory: Trajectory | undefined,
   own: Trajectory | undefined,
-  given: readonly GivenPath[],
+  named: readonly GivenPath[],
 ): string {
   if (!trajectory || equal(trajectory, own)) return '';
   const drawn = trajectory.kind === 'path' ? 'drawn path' : '';
   // The server adds what a table leaves to its defaults.
-  const same = given.find(({ table }) =>
+  const same = named.find(({ table }) =>
     Object.entries(table).every(([key, value]) => equal(trajectory[key], value)),
   );
   if (same) return same.name === '' ? drawn : same.name;
-  const last = given.find(({ table }) => table.kind === trajectory.kind);
+  const last = named.find(({ table }) => table.kind === trajectory.kind);
   return last === undefined || last.name === '' ? drawn : `${last.name}, edited`;
 }

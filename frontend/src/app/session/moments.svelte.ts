@@ -10,14 +10,14 @@ export function gathered(
   changes: readonly { time: number; set: object }[],
   gap: number,
 ): { time: number; set: object }[] {
-  const found: { time: number; set: object }[] = [];
+  const moments: { time: number; set: object }[] = [];
   for (const { time, set } of changes) {
-    const last = found.at(-1);
+    const last = moments.at(-1);
     if (last && time - last.time < gap) {
-      found[found.length - 1] = { time, set: { ...last.set, ...set } };
-    } else found.push({ time, set });
+      moments[moments.length - 1] = { time, set: { ...last.set, ...set } };
+    } else moments.push({ time, set });
   }
-  return found;
+  return moments;
 }
 
 /** A change of parameters, or that it was taken back. */

@@ -18,8 +18,8 @@ const LISTED = 3;
 
 /** Returns the paths that were changed since the scenario was loaded, and the what-if changes. */
 export function lostPaths({ base, scenario, draft }: ReplacedSession): readonly string[] {
-  const given = difference(base, scenario).map(({ path }) => path);
-  return [...new Set([...given, ...Object.keys(draft)])];
+  const changed = difference(base, scenario).map(({ path }) => path);
+  return [...new Set([...changed, ...Object.keys(draft)])];
 }
 
 /** Returns of what was changed the controllers' part, as changes of another scenario. */
@@ -27,9 +27,9 @@ export function carriedGains(
   { base, scenario, draft }: ReplacedSession,
   to: Scenario | null,
 ): Changes {
-  const given = difference(base, scenario).map(({ path, to }) => [path, to] as const);
+  const changed = difference(base, scenario).map(({ path, to }) => [path, to] as const);
   const all: Changes = {
-    ...Object.fromEntries(given.filter((each): each is [string, Value] => each[1] !== undefined)),
+    ...Object.fromEntries(changed.filter((each): each is [string, Value] => each[1] !== undefined)),
     ...draft,
   };
   const fit = Object.entries(all).filter(([path, value]) => {

@@ -11,7 +11,7 @@ class Server implements Socket {
   static first = 0;
   static end = 0;
   static timeline = 0;
-  static asked: number[] = [];
+  static requests: number[] = [];
   binaryType: BinaryType = 'blob';
   onopen = null;
   onmessage: ((event: MessageEvent) => void) | null = null;
@@ -25,7 +25,7 @@ class Server implements Socket {
   send(text: string): void {
     const message = JSON.parse(text) as { type: string; from_tick: number };
     if (message.type !== 'subscribe') return;
-    Server.asked.push(message.from_tick);
+    Server.requests.push(message.from_tick);
     this.next = Math.min(Math.max(message.from_tick, Server.first), Server.end);
     this.say({ type: 'subscribed', columns: ['p'], from_tick: this.next });
   }
@@ -87,7 +87,7 @@ function lacking(...gaps: [number, number][]) {
 
 beforeEach(() => {
   vi.useFakeTimers();
-  Object.assign(Server, { first: 0, end: 2000, timeline: 0, asked: [] });
+  Object.assign(Server, { first: 0, end: 2000, timeline: 0, requests: [] });
 });
 afterEach(() => void vi.useRealTimers());
 
@@ -103,7 +103,7 @@ describe('Backfill', () => {
     expect(missing()).toBe(0);
     expect(newest().open).toBe(false);
     // What lies between far gaps is not fetched.
-    expect(Server.asked).toEqual([300, 600, 1500]);
+    expect(Server.requests).toEqual([300, 600, 1500]);
     vi.advanceTimersByTime(60_000);
     expect(sockets.length).toBe(1);
   });
@@ -125,7 +125,7 @@ describe('Backfill', () => {
     newest().frames(3);
     newest().next = 1950;
     newest().say({ type: 'gap', from_tick: 492, to_tick: 1950, frames: 40 });
-    expect(Server.asked).toEqual([300, 492]);
+    expect(Server.requests).toEqual([300, 492]);
     newest().frames();
     expect(missing()).toBe(0);
   });
@@ -145,7 +145,7 @@ describe('Backfill', () => {
     newest().hello();
     newest().frames();
     expect(missing()).toBe(0);
-    expect(Server.asked).toEqual([300, 428, 2000]);
+    expect(Server.requests).toEqual([300, 428, 2000]);
   });
 
   it('comes back when its connection is lost', () => {
@@ -165,7 +165,7 @@ describe('Backfill', () => {
     Server.timeline = 1;
     newest().hello();
     expect(newest().open).toBe(false);
-    expect(Server.asked).toEqual([]);
+    expect(Server.requests).toEqual([]);
     vi.advanceTimersByTime(60_000);
     expect([sockets.length, missing()]).toEqual([1, 600]);
   });

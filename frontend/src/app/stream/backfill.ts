@@ -30,7 +30,7 @@ export class Backfill {
   private pause = PAUSE;
   private timeline = 0;
   /** First tick requested on this connection; earlier frames may still arrive. */
-  private asked = -1;
+  private requestedFrom = -1;
 
   /** @param ring where the ticks go; read anew each time, as other columns need another ring */
   constructor(
@@ -79,7 +79,7 @@ export class Backfill {
     if (!this.outstanding()) return;
     const socket = this.connect();
     this.socket = socket;
-    this.asked = -1;
+    this.requestedFrom = -1;
     socket.binaryType = 'arraybuffer';
     socket.onmessage = ({ data }: MessageEvent) => {
       if (socket !== this.socket) return;
@@ -133,7 +133,7 @@ export class Backfill {
     if (this.finish()) return;
     // Between this gap and the next there is nothing to fetch.
     const next = (this.gaps[0] as Gap).from;
-    if (next > tick + samples && next !== this.asked) this.ask();
+    if (next > tick + samples && next !== this.requestedFrom) this.ask();
   }
 
   private ask(): void {
@@ -141,8 +141,8 @@ export class Backfill {
       this.finish();
       return;
     }
-    this.asked = (this.gaps[0] as Gap).from;
-    this.say({ type: 'subscribe', columns: [...this.ring().names], from_tick: this.asked });
+    this.requestedFrom = (this.gaps[0] as Gap).from;
+    this.say({ type: 'subscribe', columns: [...this.ring().names], from_tick: this.requestedFrom });
   }
 
   private say(message: ClientMessage): void {

@@ -73,13 +73,13 @@ export class Ring {
 
   /** Computes these columns from now on, and from the samples that are there; no others. */
   compute(list: readonly Computed[]): void {
-    const wanted = list.filter(({ channels }) => channels.every((name) => this.columns.has(name)));
+    const derived = list.filter(({ channels }) => channels.every((name) => this.columns.has(name)));
     for (const name of this.computed.keys()) {
-      if (wanted.some(({ column }) => column === name)) continue;
+      if (derived.some(({ column }) => column === name)) continue;
       this.computed.delete(name);
       this.columns.delete(name);
     }
-    for (const { column: name, channels, steps } of wanted) {
+    for (const { column: name, channels, steps } of derived) {
       if (this.columns.has(name)) continue;
       const sources = channels.map((channel) => this.columns.get(channel) as Column);
       const evaluator = new Evaluator(steps);

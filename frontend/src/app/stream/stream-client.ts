@@ -85,7 +85,7 @@ export class StreamClient {
   private computed: readonly Computed[] = [];
   /** What the frames now coming in consist of; null until the server has confirmed. */
   private confirmed: readonly string[] | null = null;
-  private wanted: readonly string[] | null = null;
+  private pending: readonly string[] | null = null;
   private closed = false;
   private greeted = false;
   private capacity = 0;
@@ -127,7 +127,7 @@ export class StreamClient {
     const same = columns.join() === this.subscription.join();
     this.subscription = columns;
     // One request at a time: a newer one is sent after the answer.
-    if (this.greeted && !same && this.wanted === null) this.send();
+    if (this.greeted && !same && this.pending === null) this.send();
   }
 
   /** Columns to compute from those that come. */
@@ -163,7 +163,7 @@ export class StreamClient {
     this.socket = socket;
     this.greeted = false;
     this.confirmed = null;
-    this.wanted = null;
+    this.pending = null;
     socket.binaryType = 'arraybuffer';
     socket.onmessage = (event) => {
       if (socket !== this.socket) return;
@@ -199,7 +199,7 @@ export class StreamClient {
 
   private send(): void {
     const columns = this.subscription;
-    this.wanted = columns;
+    this.pending = columns;
     const resumes = this.matches(columns) && this.ring.end > this.ring.start;
     const from_tick = resumes ? this.ring.end : this.ring.start;
     this.say({ type: 'subscribe', columns: [...columns], from_tick });
@@ -229,8 +229,8 @@ export class StreamClient {
         if (this.subscription.length > 0) this.send();
         break;
       case 'subscribed': {
-        const wanted = this.wanted;
-        if (!wanted) break;
+        const columns = this.pending;
+        if (!columns) break;
         const same =
           message.columns.length === this.ring.names.length &&
           message.columns.every((column, i) => column === this.ring.names[i]);
@@ -240,9 +240,9 @@ export class StreamClient {
           this.ring.compute(this.computed);
         }
         this.backfill.resume();
-        this.confirmed = wanted;
-        this.wanted = null;
-        if (this.subscription.join() !== wanted.join()) this.send();
+        this.confirmed = columns;
+        this.pending = null;
+        if (this.subscription.join() !== columns.join()) this.send();
         break;
       }
       case 'gap':
@@ -258,7 +258,7 @@ export class StreamClient {
         this.events.reset();
         break;
       case 'error':
-        this.wanted = null;
+        this.pending = null;
         this.events.problem(message.problem.detail);
         break;
       default:

@@ -128,9 +128,9 @@ export class WhatIf {
     const { answer } = this;
     if (!answer) return null;
     const { scenario, set } = answer.question;
-    const asked = { scenario, set, columns: [...columns], ...stretchOf(range) };
+    const request = { scenario, set, columns: [...columns], ...stretchOf(range) };
     const signal = AbortSignal.timeout(TIMEOUT);
-    const buffer = await this.api.whatif({ ...asked, points: EVERY, exact: true }, signal);
+    const buffer = await this.api.whatif({ ...request, points: EVERY, exact: true }, signal);
     return readAnswer(buffer).source;
   }
 

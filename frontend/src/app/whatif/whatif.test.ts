@@ -19,16 +19,16 @@ const question = (k_p: number) => ({
 
 /** A what-if whose server answers each request with the next of some outcomes, then soundly. */
 function answering(...outcomes: ApiError[]) {
-  const asked: [unknown, number][] = [];
+  const requests: [unknown, number][] = [];
   const api = {
     whatif: vi.fn(({ set, points }: { set: { k_p: number }; points: number }) => {
-      asked.push([set.k_p, points]);
+      requests.push([set.k_p, points]);
       const outcome = outcomes.shift();
       return outcome ? Promise.reject(outcome) : Promise.resolve(new ArrayBuffer(0));
     }),
   };
   const refused = vi.fn();
-  return { whatif: new WhatIf(api as unknown as Api, refused), asked, refused };
+  return { whatif: new WhatIf(api as unknown as Api, refused), requests, refused };
 }
 
 beforeEach(() => {
@@ -39,43 +39,47 @@ afterEach(() => void vi.useRealTimers());
 
 describe('a what-if that the server has no room for', () => {
   it.each([429, 503, UNREACHABLE])('is asked again after %i', async (status) => {
-    const { whatif, asked, refused } = answering(refusal(status), refusal(status), refusal(status));
+    const { whatif, requests, refused } = answering(
+      refusal(status),
+      refusal(status),
+      refusal(status),
+    );
     whatif.ask(question(1));
     await vi.advanceTimersByTimeAsync(10);
     expect(whatif.standing).toBe('retrying');
     expect(whatif.reason).toBe(`status ${status}`);
     await vi.advanceTimersByTimeAsync(10_000);
     expect(whatif.standing).toBe('exact');
-    expect(asked.at(-1)).toEqual([1, 20_000]);
+    expect(requests.at(-1)).toEqual([1, 20_000]);
     expect(refused).not.toHaveBeenCalledWith([], expect.stringContaining('status'));
   });
 
   it('is asked again when the server says', async () => {
-    const { whatif, asked } = answering(refusal(429), refusal(429, 7000));
+    const { whatif, requests } = answering(refusal(429), refusal(429, 7000));
     whatif.ask(question(1));
     await vi.advanceTimersByTimeAsync(1000);
-    expect(asked.length).toBe(2);
+    expect(requests.length).toBe(2);
     await vi.advanceTimersByTimeAsync(5900);
-    expect(asked.length).toBe(2);
+    expect(requests.length).toBe(2);
     await vi.advanceTimersByTimeAsync(500);
-    expect(asked.length).toBe(3);
+    expect(requests.length).toBe(3);
     expect(whatif.standing).toBe('exact');
   });
 
   it('is not asked again once there is a newer one', async () => {
-    const { whatif, asked } = answering(refusal(429, 1000));
+    const { whatif, requests } = answering(refusal(429, 1000));
     whatif.ask(question(1));
     await vi.advanceTimersByTimeAsync(10);
     whatif.ask(question(2));
     await vi.advanceTimersByTimeAsync(10_000);
-    expect(asked.map(([k_p]) => k_p)).toEqual([1, 2, 2]);
+    expect(requests.map(([k_p]) => k_p)).toEqual([1, 2, 2]);
     expect(whatif.standing).toBe('exact');
   });
 });
 
 it('a stretch that was looked at is not asked for again', async () => {
   const [duration, period] = [240, 5e-4];
-  const { whatif, asked } = answering();
+  const { whatif, requests } = answering();
   const answered = (start: number, end: number, bins: number) => {
     const source = new StillSource(start, (end - start) / bins, bins, new Map());
     const answer = { source, duration, period } as ReturnType<typeof readAnswer>;
@@ -94,20 +98,20 @@ it('a stretch that was looked at is not asked for again', async () => {
   whatif.look(close);
   await vi.advanceTimersByTimeAsync(10);
   expect(whatif.over(close)).toBe(part);
-  expect(asked.length).toBe(3);
+  expect(requests.length).toBe(3);
   whatif.look(far);
   expect(whatif.over(far)).toBe(whole);
   whatif.look(close);
   await vi.advanceTimersByTimeAsync(10);
   expect(whatif.over(close)).toBe(part);
-  expect(asked.length).toBe(3);
+  expect(requests.length).toBe(3);
 });
 
 it('a what-if that is refused is not asked again', async () => {
-  const { whatif, asked, refused } = answering(refusal(422));
+  const { whatif, requests, refused } = answering(refusal(422));
   whatif.ask(question(1));
   await vi.advanceTimersByTimeAsync(10_000);
   expect([whatif.standing, whatif.reason]).toEqual(['failed', 'status 422']);
-  expect(asked.length).toBe(1);
+  expect(requests.length).toBe(1);
   expect(refused).toHaveBeenLastCalledWith([], 'status 422');
 });

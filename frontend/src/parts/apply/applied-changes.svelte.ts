@@ -7,13 +7,13 @@ import { present } from './comparison.svelte';
 
 export class AppliedChanges {
   /** The changes applied last, and the Lab's values before. */
-  private last = $state.raw<{ given: Changes; before: Changes; mode: Mode } | null>(null);
+  private last = $state.raw<{ changes: Changes; before: Changes; mode: Mode } | null>(null);
 
   /** Whether the Lab still has the applied changes. */
   readonly applied = $derived.by(() => {
     const { last } = this;
     if (!last || !app.scenario || app.mode !== last.mode) return false;
-    return equal(present(app.scenario, last.given), last.given);
+    return equal(present(app.scenario, last.changes), last.changes);
   });
 
   /** How they were applied, to go into a sentence. */
@@ -21,7 +21,7 @@ export class AppliedChanges {
 
   apply(changes: Changes, mode: Mode): void {
     if (!app.scenario) return;
-    this.last = { given: changes, before: present(app.scenario, changes), mode };
+    this.last = { changes, before: present(app.scenario, changes), mode };
     app.setMode(mode);
     app.set(changes);
   }

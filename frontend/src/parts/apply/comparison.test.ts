@@ -14,10 +14,10 @@ const scenario = {
     B: { label: 'observer', controller: controller('observer') },
   },
 } as unknown as Scenario;
-const found = { 'variants.B.controller.model.x.friction.F_s': 3.1 };
+const identified = { 'variants.B.controller.model.x.friction.F_s': 3.1 };
 
 it('gives the changes of one variant to others', () => {
-  expect(forVariants({ ...found, seed: 3 }, 'B', ['A', 'C'])).toEqual({
+  expect(forVariants({ ...identified, seed: 3 }, 'B', ['A', 'C'])).toEqual({
     'variants.A.controller.model.x.friction.F_s': 3.1,
     'variants.C.controller.model.x.friction.F_s': 3.1,
   });
@@ -34,7 +34,7 @@ describe('the comparison', () => {
     scenario,
     set,
     variant: 'B',
-    chosen: { ...found, 'variants.B.controller.y.k_p': 4 },
+    chosen: { ...identified, 'variants.B.controller.y.k_p': 4 },
     labels: ['old', 'new'],
   });
 
@@ -58,7 +58,7 @@ describe('the comparison', () => {
 });
 
 it('reads what changes would replace', () => {
-  expect(present(scenario, { ...found, 'variants.Z.label': 'x' })).toEqual({
+  expect(present(scenario, { ...identified, 'variants.Z.label': 'x' })).toEqual({
     'variants.B.controller.model.x.friction.F_s': 3.6,
   });
 });

@@ -2,14 +2,14 @@ import { expect, it } from 'vitest';
 import { lines } from './trajectory-fields';
 
 it('makes a line of every number, main ones first', () => {
-  const found = lines({
+  const fields = lines({
     kind: 'circle',
     center: { x: 0, y: 0 },
     radius: 0.015,
     direction: 'ccw',
     lead_in: null,
   });
-  expect(found.map(({ path, kind, main }) => [path, kind, main])).toEqual([
+  expect(fields.map(({ path, kind, main }) => [path, kind, main])).toEqual([
     ['trajectory.radius', 'number', true],
     ['trajectory.center.x', 'number', false],
     ['trajectory.center.y', 'number', false],

@@ -33,25 +33,25 @@ export type Line =
 
 /** Returns the lines for a trajectory's table, main ones first, but for those of its repetition. */
 export function lines(trajectory: { [key: string]: Value }): Line[] {
-  const found: Line[] = [];
+  const rows: Line[] = [];
   for (const [key, value] of Object.entries(trajectory)) {
     if (REPETITION.has(key)) continue;
     const path = `trajectory.${key}`;
     const main = MAIN.has(key);
     if (typeof value === 'number' || value === null) {
-      found.push({ kind: 'number', path, main: main && value !== null });
+      rows.push({ kind: 'number', path, main: main && value !== null });
     } else if (typeof value === 'boolean') {
-      found.push({ kind: 'switch', path, main, on: value });
+      rows.push({ kind: 'switch', path, main, on: value });
     } else if (typeof value === 'string') {
       const options = choicesOf(path);
-      if (options.length > 0) found.push({ kind: 'choice', path, main, value, options });
+      if (options.length > 0) rows.push({ kind: 'choice', path, main, value, options });
     } else if (Array.isArray(value)) {
-      found.push({ kind: 'list', path, main: true, length: value.length });
+      rows.push({ kind: 'list', path, main: true, length: value.length });
     } else {
       for (const axis of Object.keys(value)) {
-        found.push({ kind: 'number', path: `${path}.${axis}`, main });
+        rows.push({ kind: 'number', path: `${path}.${axis}`, main });
       }
     }
   }
-  return found.sort((a, b) => Number(b.main) - Number(a.main));
+  return rows.sort((a, b) => Number(b.main) - Number(a.main));
 }

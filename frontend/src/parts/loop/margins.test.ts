@@ -68,20 +68,20 @@ it('marks a margin that is beyond its limit, and nothing without one', () => {
 });
 
 it('asks one question at a time, and after it the newest', async () => {
-  const asked: unknown[] = [];
+  const requests: unknown[] = [];
   const answers: ((loops: Loops) => void)[] = [];
   const margins = new LoopMargins({
     loop: (body: unknown) => {
-      asked.push(body);
+      requests.push(body);
       return new Promise((resolve) => answers.push(resolve));
     },
   } as never);
   const question = (k_p: number) => ({ scenario: {} as never, set: { k_p } });
   for (const k_p of [1, 2, 3]) margins.ask(question(k_p));
-  expect(asked).toEqual([question(1)]);
+  expect(requests).toEqual([question(1)]);
   answers[0]?.({ variants: {} });
   await new Promise((resolve) => setTimeout(resolve));
-  expect(asked).toEqual([question(1), question(3)]);
+  expect(requests).toEqual([question(1), question(3)]);
   expect(margins.asking).toBe(true);
   answers[1]?.({ variants: { A: { axes: { x: LOOP }, note: null } } });
   await new Promise((resolve) => setTimeout(resolve));

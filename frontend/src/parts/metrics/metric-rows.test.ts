@@ -38,8 +38,8 @@ describe('rows', () => {
         B: { diverged: null, axes: { x: small }, contour: { max: 0.2e-6, rms: 50e-9 } },
       },
     };
-    const found = rows(both, ['A', 'B']).map(({ unit, values }) => [...values, unit]);
-    expect(found).toEqual([
+    const cells = rows(both, ['A', 'B']).map(({ unit, values }) => [...values, unit]);
+    expect(cells).toEqual([
       ['20.5', '0.251', 'µm'],
       ['0.881', '0.045', 'µm'],
       ['18.0', '0.200', 'µm'],

@@ -21,16 +21,16 @@ export function writeOverlay(runs: readonly Placed[]): string {
 
 /** Reads the address; what is not understood is left out. */
 export function readOverlay(text: string): Placed[] {
-  const found: Placed[] = [];
+  const overlaid: Placed[] = [];
   for (const part of text.split(',')) {
     const [id = '', offset = '0', hidden = ''] = part.split(':');
-    const known = found.some((placed) => placed.id === id);
-    if (!/^[\w-]+$/.test(id) || known || found.length === MOST) continue;
-    found.push({
+    const known = overlaid.some((placed) => placed.id === id);
+    if (!/^[\w-]+$/.test(id) || known || overlaid.length === MOST) continue;
+    overlaid.push({
       id,
       offset: Number.isFinite(Number(offset)) ? Number(offset) : 0,
       shown: hidden !== 'hidden',
     });
   }
-  return found;
+  return overlaid;
 }

@@ -14,12 +14,12 @@ const change = (tick: number, set: object): object => ({ kind: 'change', tick, s
 
 it('has changes at their ticks, those of one tick together, and those of the start at once', () => {
   const stop = { kind: 'stop', tick: 5000 };
-  const found = asItRan(
+  const request = asItRan(
     run(change(0, { [K_P]: 1 }), change(700, { [K_P]: 2 }), change(700, { [K_D]: 3 }), stop),
   );
-  expect(found.set).toEqual({ [K_P]: 1 });
-  expect(found.scenario.schedule).toEqual([{ time: 700 * 0.0005, set: { [K_P]: 2, [K_D]: 3 } }]);
-  expect(found.whole).toBe(true);
+  expect(request.set).toEqual({ [K_P]: 1 });
+  expect(request.scenario.schedule).toEqual([{ time: 700 * 0.0005, set: { [K_P]: 2, [K_D]: 3 } }]);
+  expect(request.whole).toBe(true);
 });
 
 it('keeps the schedule of the scenario, over a change that came before it', () => {

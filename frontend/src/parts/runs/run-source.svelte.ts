@@ -52,8 +52,8 @@ export class RunSource {
   }
 
   /** Chooses columns, those that the run has; whether others than before. */
-  choose(wanted: readonly string[]): boolean {
-    const columns = this.there(wanted);
+  choose(names: readonly string[]): boolean {
+    const columns = this.there(names);
     if (columns.join() === this.columns.join()) return false;
     this.columns = columns;
     return true;
@@ -83,20 +83,20 @@ export class RunSource {
   }
 
   /** Every sample of a stretch of those columns that the run has. */
-  async samples(wanted: readonly string[], range: Range): Promise<StillSource | null> {
-    const columns = this.there(wanted);
+  async samples(names: readonly string[], range: Range): Promise<StillSource | null> {
+    const columns = this.there(names);
     if (columns.length === 0 || this.run.ticks === 0) return null;
     return this.curves(columns, { range, points: EVERY });
   }
 
   /** Of these columns, those that the run has, and the math channels that can be computed of it. */
-  private there(wanted: readonly string[]): string[] {
+  private there(names: readonly string[]): string[] {
     const whose = { run: this.run.id };
-    const math = wanted.filter(isMath);
+    const math = names.filter(isMath);
     if (math.length > 0) app.expressions.want(whose, math);
     const computed = math.filter((column) => app.expressions.of(whose, column)?.problem === null);
     const recorded = this.run.columns.flatMap(({ name = '' }) =>
-      wanted.includes(name) ? [name] : [],
+      names.includes(name) ? [name] : [],
     );
     return [...recorded, ...computed];
   }

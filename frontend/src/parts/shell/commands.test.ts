@@ -37,8 +37,8 @@ test('keys that do one thing are commands', () => {
       { keys: 's, S', does: 'Step' },
     ],
   };
-  const found = ofKeys(table, { ' ': play, s: () => {} });
-  expect(found.map(({ name, key }) => [name, key])).toEqual([['Play or pause', 'Space']]);
-  found[0]?.run();
+  const commands = ofKeys(table, { ' ': play, s: () => {} });
+  expect(commands.map(({ name, key }) => [name, key])).toEqual([['Play or pause', 'Space']]);
+  commands[0]?.run();
   expect(play).toHaveBeenCalledOnce();
 });

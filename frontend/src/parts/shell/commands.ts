@@ -29,8 +29,10 @@ export function controls(root: ParentNode): Command[] {
     if (!control.checkVisibility()) return [];
     const group = control.closest('[role=radiogroup], [role=group], [role=toolbar]');
     const [place, about] = [placeOf(control), `${control.title} ${group?.ariaLabel ?? ''}`];
-    const found = { name, place, key: '', about, run: () => reach(control) };
-    return control instanceof HTMLSelectElement ? [found, ...choices(control, found)] : [found];
+    const command = { name, place, key: '', about, run: () => reach(control) };
+    return control instanceof HTMLSelectElement
+      ? [command, ...choices(control, command)]
+      : [command];
   });
 }
 
@@ -91,10 +93,10 @@ export function ofKeys(table: KeyTable, actions: Record<string, () => void>): Co
 export function matching(commands: readonly Command[], typed: string): Command[] {
   const words = typed.toLowerCase().split(/\s+/).filter(Boolean);
   const [first = ''] = words;
-  const found = commands.filter(({ name, place, about = '' }) => {
+  const matches = commands.filter(({ name, place, about = '' }) => {
     const text = `${name} ${place} ${about}`.toLowerCase();
     return words.every((word) => text.includes(word));
   });
   const rank = ({ name }: Command) => (name.toLowerCase().startsWith(first) ? 0 : 1);
-  return found.sort((a, b) => rank(a) - rank(b));
+  return matches.sort((a, b) => rank(a) - rank(b));
 }

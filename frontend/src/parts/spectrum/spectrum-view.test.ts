@@ -71,16 +71,16 @@ test('peaks are named by frequency, and told in a table', () => {
 });
 
 test('what it is of and how it was taken stands below it', () => {
-  const told = facts(COLUMN, 0.0005);
+  const text = facts(COLUMN, 0.0005);
   for (const part of [
     '1.000 to 3.000 s',
     'resolution 0.500 Hz',
     'bandwidth 0.750 Hz',
     '3 left out',
   ]) {
-    expect(told).toContain(part);
+    expect(text).toContain(part);
   }
-  expect(told).toContain('about 22.0 mm/s');
+  expect(text).toContain('about 22.0 mm/s');
   expect(facts(SHARED, 0.0005)).not.toContain('loop');
 });
 

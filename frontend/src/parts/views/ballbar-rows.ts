@@ -21,9 +21,13 @@ export interface Head {
 }
 
 /** Curves of the directions that are shown: solid counter-clockwise, dashed clockwise. */
-export function polarCurves(found: Ballbar, names: readonly string[], shown: Shown): PolarCurve[] {
+export function polarCurves(
+  ballbar: Ballbar,
+  names: readonly string[],
+  shown: Shown,
+): PolarCurve[] {
   return names.flatMap((name) =>
-    Object.entries(found.variants[name]?.directions ?? {})
+    Object.entries(ballbar.variants[name]?.directions ?? {})
       .filter(([way]) => shown === 'both' || shown === way)
       .map(([way, { deviation }]) => ({
         ...looksOf(name),
@@ -53,9 +57,9 @@ export function polarData(curves: readonly PolarCurve[]): CurveData {
   };
 }
 
-export function heads(found: Ballbar, names: readonly string[]): Head[] {
+export function heads(ballbar: Ballbar, names: readonly string[]): Head[] {
   return names.flatMap((variant) =>
-    Object.entries(found.variants[variant]?.directions ?? {}).map(([way, { simulated }]) => ({
+    Object.entries(ballbar.variants[variant]?.directions ?? {}).map(([way, { simulated }]) => ({
       variant,
       way,
       simulated,
@@ -91,13 +95,13 @@ const BOTH: readonly [string, string, string, (both: Both) => number][] = [
   ['x lags y by', 'From what differs between both directions', 's', (b) => b.servo_mismatch],
 ];
 
-export function directionRows(found: Ballbar, names: readonly string[]): Row[] {
-  const ones = names.flatMap((name) => Object.values(found.variants[name]?.directions ?? {}));
+export function directionRows(ballbar: Ballbar, names: readonly string[]): Row[] {
+  const ones = names.flatMap((name) => Object.values(ballbar.variants[name]?.directions ?? {}));
   return ONE.map(([name, title, of]) => row(name, title, 'm', ones.map(of)));
 }
 
-export function bothRows(found: Ballbar, names: readonly string[]): Row[] {
-  const boths = names.map((name) => found.variants[name]?.both ?? null);
+export function bothRows(ballbar: Ballbar, names: readonly string[]): Row[] {
+  const boths = names.map((name) => ballbar.variants[name]?.both ?? null);
   if (boths.every((both) => both === null)) return [];
   return BOTH.map(([name, title, unit, of]) =>
     row(

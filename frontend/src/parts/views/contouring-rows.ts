@@ -31,13 +31,13 @@ export const AXIS_OF: Readonly<Record<'arc' | 'time', PlotAxis>> = {
   time: { label: 'time', unit: 's' },
 };
 
-export function figureRows(found: Contouring, names: readonly string[]): Row[] {
+export function figureRows(contouring: Contouring, names: readonly string[]): Row[] {
   return FIGURES.map(([key, name, title, unit]) =>
     row(
       name,
       title,
       unit,
-      names.map((variant) => found.variants[variant]?.figures[key] ?? null),
+      names.map((variant) => contouring.variants[variant]?.figures[key] ?? null),
     ),
   );
 }
@@ -46,9 +46,9 @@ export const PEAK_HEADS = ['contour µm', 'arc mm', 'x mm', 'y mm', 'time s'].ma
   name,
 }));
 
-export function peakRows(found: Contouring, names: readonly string[]): Row[] {
+export function peakRows(contouring: Contouring, names: readonly string[]): Row[] {
   return names.flatMap((variant) =>
-    (found.variants[variant]?.peaks ?? []).map(({ contour, arc, x, y, time }, k) => ({
+    (contouring.variants[variant]?.peaks ?? []).map(({ contour, arc, x, y, time }, k) => ({
       name: `${variant} ${k + 1}`,
       title: 'A peak of the contour error, and where the reference is then',
       unit: '',
@@ -65,36 +65,45 @@ export function peakRows(found: Contouring, names: readonly string[]): Row[] {
 
 /** An error over arc length or time, of each variant. */
 export function errorSeries(
-  found: Contouring,
+  contouring: Contouring,
   names: readonly string[],
   error: 'contour' | 'tracking',
   over: 'arc' | 'time',
 ): Series[] {
   return names.flatMap((name) => {
-    const points = found.variants[name]?.points;
+    const points = contouring.variants[name]?.points;
     return points ? [{ name, x: points[over], y: points[error], ...lookOf(name) }] : [];
   });
 }
 
 /** By how much the contour error is magnified: 1, 2 or 5 times a power of ten. */
-export function magnification(found: Contouring, names: readonly string[]): number {
+export function magnification(contouring: Contouring, names: readonly string[]): number {
   const largest = Math.max(
     0,
-    ...names.map((name) => found.variants[name]?.figures.contour_max ?? 0),
+    ...names.map((name) => contouring.variants[name]?.figures.contour_max ?? 0),
   );
   if (largest === 0) return 1;
-  const wanted = (SHARE * Math.max(extent(found.path_x), extent(found.path_y))) / largest;
-  const power = 10 ** Math.floor(Math.log10(wanted));
-  return Math.max(1, power * ([5, 2, 1].find((step) => step * power <= wanted) ?? 1));
+  const factor = (SHARE * Math.max(extent(contouring.path_x), extent(contouring.path_y))) / largest;
+  const power = 10 ** Math.floor(Math.log10(factor));
+  return Math.max(1, power * ([5, 2, 1].find((step) => step * power <= factor) ?? 1));
 }
 
 /** The path, and off it each variant with its contour error magnified. */
-export function planeSeries(found: Contouring, names: readonly string[], factor: number): Series[] {
-  const path: Series = { name: 'path', x: found.path_x, y: found.path_y, ink: 'reference' };
+export function planeSeries(
+  contouring: Contouring,
+  names: readonly string[],
+  factor: number,
+): Series[] {
+  const path: Series = {
+    name: 'path',
+    x: contouring.path_x,
+    y: contouring.path_y,
+    ink: 'reference',
+  };
   return [
     path,
     ...names.flatMap((name) => {
-      const points = found.variants[name]?.points;
+      const points = contouring.variants[name]?.points;
       if (!points) return [];
       const x = points.x.map((at, i) => at + factor * (points.off_x[i] ?? 0));
       const y = points.y.map((at, i) => at + factor * (points.off_y[i] ?? 0));

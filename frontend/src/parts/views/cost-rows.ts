@@ -33,8 +33,8 @@ const BALANCE = [
 const PHASES = ['a', 'b', 'c'] as const;
 
 /** Figures of one axis, with the change of the second variant from the first. */
-export function figureRows(found: Cost, names: readonly string[], axis: Axis): Row[] {
-  const ones = names.map((name) => found.variants[name]?.[axis]);
+export function figureRows(cost: Cost, names: readonly string[], axis: Axis): Row[] {
+  const ones = names.map((name) => cost.variants[name]?.[axis]);
   return FIGURES.map(([key, name, title, unit]) => {
     const scale = unit === '%' ? 100 : 1;
     const values = ones.map((one) => scaled(one?.[key], scale));
@@ -47,8 +47,8 @@ export function figureRows(found: Cost, names: readonly string[], axis: Axis): R
   });
 }
 
-export function phaseRows(found: Cost, names: readonly string[], axis: Axis): Row[] {
-  const ones = names.map((name) => found.variants[name]?.[axis]);
+export function phaseRows(cost: Cost, names: readonly string[], axis: Axis): Row[] {
+  const ones = names.map((name) => cost.variants[name]?.[axis]);
   return PHASES.flatMap((phase) =>
     (['rms', 'peak'] as const).map((key) => {
       const title = `Current of phase ${phase}`;
@@ -60,8 +60,8 @@ export function phaseRows(found: Cost, names: readonly string[], axis: Axis): Ro
   );
 }
 
-export function balanceRows(found: Cost, names: readonly string[], axis: Axis): Row[] {
-  const balances = names.map((name) => found.variants[name]?.[axis]?.balance ?? null);
+export function balanceRows(cost: Cost, names: readonly string[], axis: Axis): Row[] {
+  const balances = names.map((name) => cost.variants[name]?.[axis]?.balance ?? null);
   if (balances.every((one) => one === null)) return [];
   return BALANCE.map(([key, name, title]) =>
     row(
@@ -74,9 +74,9 @@ export function balanceRows(found: Cost, names: readonly string[], axis: Axis): 
 }
 
 /** Channels that the recording lacks, of the variants shown. */
-export function missing(found: Cost, names: readonly string[]): string[] {
+export function missing(cost: Cost, names: readonly string[]): string[] {
   const all = names.flatMap((name) =>
-    Object.values(found.variants[name] ?? {}).flatMap((one) => one.missing),
+    Object.values(cost.variants[name] ?? {}).flatMap((one) => one.missing),
   );
   return [...new Set(all)];
 }

@@ -97,13 +97,16 @@ export function overDisplacement(
       marks: [],
     };
   }
-  const found = own.figures?.breakaway ?? null;
+  const breakaway = own.figures?.breakaway ?? null;
   return {
     title: 'After reversals',
     x: { label: 'displacement since the turn', unit: 'm' },
     y: FORCE,
     series: forces(own.curves, presliding(axis, own.curves), at, axis.direction),
-    marks: found === null ? [] : [{ axis: 'y', at: found, label: `breakaway ${said(found, 'N')}` }],
+    marks:
+      breakaway === null
+        ? []
+        : [{ axis: 'y', at: breakaway, label: `breakaway ${quantityText(breakaway, 'N')}` }],
   };
 }
 
@@ -136,17 +139,17 @@ export function overTime(axis: FrictionAxis, variant: string, at: number): Plott
 export function pointAt({ series, timed = false }: Plotted, { x, y }: Cursor): number {
   const marked = series.filter(({ at }) => at !== undefined);
   const [wide, high] = [range(marked.map((one) => one.x)), range(marked.map((one) => one.y))];
-  let [best, found] = [Number.POSITIVE_INFINITY, 0];
+  let [best, nearest] = [Number.POSITIVE_INFINITY, 0];
   for (const one of marked) {
     for (let i = 0; i < one.x.length; i++) {
       const [px, py] = [one.x[i], one.y[i]];
       if (px === null || px === undefined || py === null || py === undefined) continue;
       const across = timed || y === null ? 0 : (py - y) / high;
       const away = ((px - x) / wide) ** 2 + across ** 2;
-      if (away < best) [best, found] = [away, i];
+      if (away < best) [best, nearest] = [away, i];
     }
   }
-  return found;
+  return nearest;
 }
 
 function range(all: readonly ArrayLike<number | null>[]): number {
@@ -255,7 +258,7 @@ function row(name: string, title: string, unit: Scale | string, values: (number 
   return { name, title, unit: scale.unit, cells };
 }
 
-function said(value: number, unit: string): string {
+function quantityText(value: number, unit: string): string {
   const shown = quantity(value, unit);
   return `${shown.number} ${shown.unit}`;
 }

@@ -16,25 +16,25 @@ type Target = Variant['targets'][number];
 const LEAST = 1e-10;
 
 /** Places of the first and the last target, m. */
-export function ends(found: Positioning): number[] {
-  const places = Object.values(found.variants).flatMap(({ targets }) =>
+export function ends(positioning: Positioning): number[] {
+  const places = Object.values(positioning.variants).flatMap(({ targets }) =>
     targets.map(({ place }) => place),
   );
   return places.length === 0 ? [] : [Math.min(...places), Math.max(...places)];
 }
 
 /** Ends of the axis of targets, with room for their marks. */
-export function room(found: Positioning): { from?: number; to?: number } {
-  const [first, last] = ends(found);
+export function room(positioning: Positioning): { from?: number; to?: number } {
+  const [first, last] = ends(positioning);
   if (first === undefined || last === undefined) return {};
   const beside = 0.04 * (last - first) || 1e-3;
   return { from: first - beside, to: last + beside };
 }
 
 /** Mean and 2 s of each direction over the target: solid upwards, dashed downwards. */
-export function deviationSeries(found: Positioning, names: readonly string[]): Series[] {
+export function deviationSeries(positioning: Positioning, names: readonly string[]): Series[] {
   return names.flatMap((name) => {
-    const targets = found.variants[name]?.targets ?? [];
+    const targets = positioning.variants[name]?.targets ?? [];
     if (targets.length === 0) return [];
     const x = targets.map(({ place }) => place);
     const one = (way: string, mean: (t: Target) => number, s: (t: Target) => number): Series => ({
@@ -79,13 +79,13 @@ const FIGURES: readonly [string, string, (f: Figures) => number][] = [
   ['mean B', 'Mean difference, positive less negative direction', (f) => f.B_mean],
 ];
 
-export function figureRows(found: Positioning, names: readonly string[]): Row[] {
+export function figureRows(positioning: Positioning, names: readonly string[]): Row[] {
   return FIGURES.map(([name, title, of]) =>
     row(
       name,
       title,
       names.map((each) => {
-        const figures = found.variants[each]?.figures ?? null;
+        const figures = positioning.variants[each]?.figures ?? null;
         return figures && of(figures);
       }),
     ),
@@ -93,8 +93,8 @@ export function figureRows(found: Positioning, names: readonly string[]): Row[] 
 }
 
 /** Each target of a variant: a row of figures for each. */
-export function targetRows(found: Positioning, name: string): Row[] {
-  const targets = found.variants[name]?.targets ?? [];
+export function targetRows(positioning: Positioning, name: string): Row[] {
+  const targets = positioning.variants[name]?.targets ?? [];
   const of = (title: string, value: (target: Target) => number) =>
     [title, targets.map(value)] as const;
   const columns = {

@@ -92,12 +92,12 @@ function watchWindow({ way, low, high, hysteresis }: WindowCondition): Watch {
 }
 
 function watchReversal({ slope }: ReversalCondition): Watch {
-  const wanted = { rising: 1, falling: -1, either: 0 }[slope];
+  const direction = { rising: 1, falling: -1, either: 0 }[slope];
   let moving = 0;
   return (value) => {
     const way = Math.sign(value);
     if (way === 0) return NOT;
-    const turned = moving !== 0 && way !== moving && (wanted === 0 || way === wanted);
+    const turned = moving !== 0 && way !== moving && (direction === 0 || way === direction);
     moving = way;
     return { holds: turned, edge: turned };
   };
@@ -152,9 +152,9 @@ export class Detector {
     for (const { watch, place } of this.watches) {
       const value = place < 0 ? 0 : (values[place] ?? Number.NaN);
       // Of a gap nothing is known: what held before it may hold on.
-      const said = Number.isNaN(value) ? NOT : watch(value, tick);
-      any ||= said.edge;
-      all &&= said.holds;
+      const state = Number.isNaN(value) ? NOT : watch(value, tick);
+      any ||= state.edge;
+      all &&= state.holds;
     }
     const hit = any && (this.join === 'or' || all) && tick - this.last >= this.holdOff;
     if (hit) this.last = tick;

@@ -73,7 +73,7 @@ export class Trigger {
   overlay = $state(false);
   average = $state(false);
   /** Hits of a searched record, those beyond the captures too. */
-  found = $state(0);
+  hitCount = $state(0);
   problem = $state('');
 
   private detector: Detector | null = null;
@@ -150,7 +150,7 @@ export class Trigger {
     this.search += 1;
     this.captures = [];
     this.place = -1;
-    this.found = 0;
+    this.hitCount = 0;
     this.problem = '';
     this.pending = [];
   }
@@ -257,7 +257,7 @@ export class Trigger {
         const values = watching.map((channel) => source?.at(channel, time) ?? Number.NaN);
         if (detector.next(tick, values)) hits.push(tick);
       }
-      this.found = hits.length;
+      this.hitCount = hits.length;
       for (const tick of hits.slice(0, most)) {
         const from = Math.max(extent.from, (tick - before) * period);
         const range = { from, to: Math.min(extent.to, (tick - before + count) * period) };

@@ -42,14 +42,14 @@ class CommissioningSteps {
 
   /** Does a step; one with torque has to be confirmed, and only begins. */
   async do(step: Step['name'], body: { confirm?: true } = {}): Promise<void> {
-    const asked = { path: { step }, ...control.lease, body };
-    this.now = await app.api.json('post', `${PATH}/{step}`, asked);
+    const request = { path: { step }, ...control.lease, body };
+    this.now = await app.api.json('post', `${PATH}/{step}`, request);
   }
 
   /** Takes the changes that a step shows; the link is brought up anew with them. */
   async takeChanges(step: Step['name'], body: Change[]): Promise<void> {
-    const asked = { path: { step }, ...control.lease, body };
-    this.now = await app.api.json('post', `${PATH}/{step}/changes`, asked);
+    const request = { path: { step }, ...control.lease, body };
+    this.now = await app.api.json('post', `${PATH}/{step}/changes`, request);
     app.drive.take(await app.api.json('get', '/drive', {})); // which is no longer ready
   }
 

@@ -20,7 +20,7 @@ it('puts who answers beside who is expected, where that is known', () => {
   expect(strangers(exampleStatus({ drives })).map(({ same }) => same)).toEqual([true, false]);
   expect(strangers(exampleStatus({ drives }))[1]).toMatchObject({
     expected: '0xE0000001, 0x5001',
-    found: '0xE0000001, 0x5002',
+    actual: '0xE0000001, 0x5002',
   });
 });
 
@@ -32,11 +32,11 @@ it('says what the last stop was, and who gave it', () => {
 
 describe('the headline', () => {
   it('names the state in words', () => {
-    const said = (state: string) => headline(exampleStatus({ state })).text;
-    expect(said('ready')).toBe('Ready to arm');
-    expect(said('holding')).toBe('Armed, at rest');
-    expect(said('moving')).toBe('Armed and moving');
-    expect(said('stopping')).toBe('Stopping');
+    const textOf = (state: string) => headline(exampleStatus({ state })).text;
+    expect(textOf('ready')).toBe('Ready to arm');
+    expect(textOf('holding')).toBe('Armed, at rest');
+    expect(textOf('moving')).toBe('Armed and moving');
+    expect(textOf('stopping')).toBe('Stopping');
   });
 
   it('names the drive, the axis or the link that failed', () => {

@@ -59,14 +59,14 @@ export function stopText({ at, cause, by }: NonNullable<DriveStatus['stopped']>)
 /** Each place of the bus with who is expected and who answers there; empty while that is unknown. */
 export function strangers(
   status: DriveStatus,
-): { name: string; expected: string; found: string; same: boolean }[] {
+): { name: string; expected: string; actual: string; same: boolean }[] {
   const text = ({ vendor, product }: { vendor: number; product: number }) =>
     `${hex(vendor)}, ${hex(product)}`;
   return status.drives.flatMap((drive, i) => {
     if (!drive.answers) return [];
-    const [expected, found] = [text(drive), text(drive.answers)];
+    const [expected, actual] = [text(drive), text(drive.answers)];
     const name = `${i + 1} ${drive.axis} ${drive.phase}`;
-    return [{ name, expected, found, same: expected === found }];
+    return [{ name, expected, actual, same: expected === actual }];
   });
 }
 
@@ -86,8 +86,8 @@ export function codeOf({ code, error }: FaultNow): string {
 /** The figures of a fault: what was found, and what is allowed. */
 export function figuresText({ value, limit, unit }: FaultNow): string {
   if (value === null) return '';
-  const found = `${digits(value)} ${unit}`;
-  return limit === null || limit === 0 ? found : `${found}, limit ${digits(limit)} ${unit}`;
+  const figure = `${digits(value)} ${unit}`;
+  return limit === null || limit === 0 ? figure : `${figure}, limit ${digits(limit)} ${unit}`;
 }
 
 /** The state of the link as one headline, and what it means. */

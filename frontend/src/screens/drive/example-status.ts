@@ -18,6 +18,7 @@ export function exampleDrive(change: Partial<OneDrive> = {}): OneDrive {
     rated_current: 10,
     vendor: 0xe0000001,
     product: 0x5001,
+    // eslint-disable-next-line id-denylist -- a name of the server's document
     found: null,
     answers: null,
     ...change,

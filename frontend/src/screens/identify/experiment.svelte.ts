@@ -31,7 +31,7 @@ class Experiment {
   readonly job = this.form.jobOf('identify');
   readonly comparison = new Comparison(app.api, fieldErrorsText);
   /** Models that were given to the Lab, and whose. */
-  readonly given = new AppliedChanges();
+  readonly appliedChanges = new AppliedChanges();
   givenTo = $state.raw<readonly string[]>([]);
   plan = $state.raw<IdentificationPlan | null>(null);
   /** The axis that is looked at; null: the one that is at work, or the first. */
@@ -50,31 +50,33 @@ class Experiment {
 
   /** Axes of the job that is looked at, or of the plan before there is one. */
   readonly axes = $derived.by((): Axis[] => {
-    const told = this.result?.axes ?? (this.job.report ? {} : (this.plan?.record ?? {}));
-    if (Object.keys(told).length > 0) return Object.keys(told) as Axis[];
-    const asked = this.job.report?.request.axis;
+    const byAxis = this.result?.axes ?? (this.job.report ? {} : (this.plan?.record ?? {}));
+    if (Object.keys(byAxis).length > 0) return Object.keys(byAxis) as Axis[];
+    const requested = this.job.report?.request.axis;
     if (!this.job.report) return this.form.axes;
-    return asked === 'x' || asked === 'y' ? [asked] : ['x', 'y'];
+    return requested === 'x' || requested === 'y' ? [requested] : ['x', 'y'];
   });
 
   readonly axis = $derived.by((): Axis => {
     const [first = 'x'] = this.axes;
-    const wanted = this.picked ?? (this.standing?.axis as Axis | null | undefined) ?? first;
-    return this.axes.includes(wanted) ? wanted : first;
+    const preferred = this.picked ?? (this.standing?.axis as Axis | null | undefined) ?? first;
+    return this.axes.includes(preferred) ? preferred : first;
   });
 
-  readonly found = $derived(this.foundIn(this.result) ?? this.partial?.found[this.axis] ?? null);
+  readonly identified = $derived(
+    this.foundIn(this.result) ?? this.partial?.found[this.axis] ?? null,
+  );
   readonly other = $derived(this.foundIn(this.beside?.result ?? null));
 
   readonly points = $derived.by(
-    (): Points => this.found?.points ?? this.partial?.axes[this.axis] ?? [],
+    (): Points => this.identified?.points ?? this.partial?.axes[this.axis] ?? [],
   );
 
   /** Motions that are planned, or that are still to come. */
   readonly planned = $derived.by((): readonly { speed: number }[] => {
     const { report } = this.job;
     if (!report) return this.plan?.axes[this.axis] ?? [];
-    if (!this.job.active || this.found || report.request.run) return [];
+    if (!this.job.active || this.identified || report.request.run) return [];
     const speeds = (report.request.speeds ?? []) as readonly number[];
     const done = this.standing?.axis === this.axis ? this.standing.done : 0;
     return speeds.slice(done).map((speed) => ({ speed }));
@@ -152,24 +154,24 @@ class Experiment {
 
   /** Whether a comparison could differ at all. */
   readonly compares = $derived.by(() => {
-    const asked = this.asked();
-    if (!this.result || asked === null || typeof asked.scenario === 'string') return true;
-    return compensates(asked.scenario, asked.set, this.result.apply_to);
+    const source = this.source();
+    if (!this.result || source === null || typeof source.scenario === 'string') return true;
+    return compensates(source.scenario, source.set, this.result.apply_to);
   });
 
   /** Runs the motion of the experiment with the old model (A) and the identified one (B). */
   async compare(): Promise<void> {
     const { result } = this;
-    const asked = this.asked();
-    if (!result || !asked) return;
+    const source = this.source();
+    if (!result || !source) return;
     await app.try(async () => {
       const { apply_to: variant, set: chosen } = result;
       const scenario =
-        typeof asked.scenario === 'string'
-          ? await app.api.scenario(asked.scenario)
-          : asked.scenario;
+        typeof source.scenario === 'string'
+          ? await app.api.scenario(source.scenario)
+          : source.scenario;
       const labels = ['old model', 'identified'] as const;
-      const set = compensated(scenario, asked.set, variant);
+      const set = compensated(scenario, source.set, variant);
       this.comparison.run(result, { scenario, set, variant, chosen, labels });
     });
   }
@@ -177,11 +179,11 @@ class Experiment {
   /** Gives what was identified to variants of the Lab. */
   apply(variants: readonly string[], mode: Mode): void {
     if (!this.result) return;
-    this.given.apply(forVariants(this.result.set, this.result.apply_to, variants), mode);
+    this.appliedChanges.apply(forVariants(this.result.set, this.result.apply_to, variants), mode);
     this.givenTo = variants;
   }
 
-  private asked(): Asked | null {
+  private source(): Asked | null {
     const request = this.job.report?.request as Partial<Asked> | undefined;
     return request ? { scenario: request.scenario ?? 'circle', set: request.set ?? {} } : null;
   }
@@ -191,8 +193,8 @@ class Experiment {
   }
 
   private known(which: 'believed' | 'true'): Friction | null {
-    if (this.found) {
-      const entries = Object.entries(parametersOf(this.found)).flatMap(([name, parameter]) => {
+    if (this.identified) {
+      const entries = Object.entries(parametersOf(this.identified)).flatMap(([name, parameter]) => {
         const value = parameter[which];
         return value === null ? [] : [[name, value]];
       });

@@ -147,7 +147,7 @@ export function presliding(ramp: Ramp, sigma_0: number | undefined): Series[] {
   const { force, displacement, fitted, force_max } = ramp;
   const step = Math.ceil(force.length / DRAWN);
   const thin = (values: readonly number[]) => values.filter((_, i) => i % step === 0);
-  const found: Series[] = [
+  const series: Series[] = [
     {
       name: 'measured',
       x: thin(displacement),
@@ -159,7 +159,7 @@ export function presliding(ramp: Ramp, sigma_0: number | undefined): Series[] {
     { name: 'fitted', x: fitted, y: force, ink: 'b' },
   ];
   if (sigma_0 !== undefined && sigma_0 > 0) {
-    found.push({
+    series.push({
       name: 'σ_0 x',
       x: [0, force_max / sigma_0],
       y: [0, force_max],
@@ -167,5 +167,5 @@ export function presliding(ramp: Ramp, sigma_0: number | undefined): Series[] {
       dash: 'dot',
     });
   }
-  return found;
+  return series;
 }

@@ -43,16 +43,16 @@ const FIXED: Readonly<Record<string, Scale>> = {
 };
 
 /** Returns all parameters of an axis by name. */
-export function parametersOf(found: AxisIdentification): Parameters {
-  return { ...found.sliding.parameters, ...(found.presliding?.parameters ?? {}) };
+export function parametersOf(identified: AxisIdentification): Parameters {
+  return { ...identified.sliding.parameters, ...(identified.presliding?.parameters ?? {}) };
 }
 
 export function rowsOf(
-  found: AxisIdentification,
+  identified: AxisIdentification,
   other: AxisIdentification | null,
 ): ParameterRow[] {
   const beside = other ? parametersOf(other) : {};
-  return Object.entries(parametersOf(found)).map(([name, parameter]) =>
+  return Object.entries(parametersOf(identified)).map(([name, parameter]) =>
     row(name, parameter, beside[name]),
   );
 }
@@ -97,11 +97,11 @@ function share(value: number, reference: number | null | undefined): string {
 }
 
 /** All warnings of an axis, each once. */
-export function warningsOf(found: AxisIdentification): string[] {
+export function warningsOf(identified: AxisIdentification): string[] {
   const all = [
-    ...found.warnings,
-    ...found.sliding.warnings,
-    ...(found.presliding?.warnings ?? []),
+    ...identified.warnings,
+    ...identified.sliding.warnings,
+    ...(identified.presliding?.warnings ?? []),
   ].map(sentence);
   return [...new Set(all)];
 }

@@ -28,12 +28,12 @@ export function positions(run: RunDetail, prefix: string): ColumnOption[] {
 export function forces(run: RunDetail, prefix: string): ColumnOption[] {
   const names = run.columns.map(({ name = '' }) => name);
   const phases = ['a', 'b', 'c'].every((phase) => names.includes(`${prefix}current_${phase}`));
-  const found = run.columns
+  const columns = run.columns
     .filter(({ unit = '' }) => FORCES.test(unit))
     .map(({ name = '' }) => name)
     .filter((name) => belongs(name, prefix) && (!CHANNEL.test(name) || MEASURED.test(name)))
     .map((name) => ({ value: name, name }));
-  return phases ? [{ value: CURRENTS, name: 'currents, by the force map' }, ...found] : found;
+  return phases ? [{ value: CURRENTS, name: 'currents, by the force map' }, ...columns] : columns;
 }
 
 const CHANNEL = /^([A-Z]\.)?[xy]\.\w+$/;

@@ -80,6 +80,6 @@ export function takeLook(): void {
 }
 
 /** Two times at most. */
-function times(found: unknown): number[] {
-  return Array.isArray(found) ? found.filter(Number.isFinite).slice(0, 2).map(Number) : [];
+function times(value: unknown): number[] {
+  return Array.isArray(value) ? value.filter(Number.isFinite).slice(0, 2).map(Number) : [];
 }

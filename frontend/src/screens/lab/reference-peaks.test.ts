@@ -19,6 +19,6 @@ it('finds peaks and their share of the limits', () => {
     ]),
   );
   const limits = { velocity_max: 1, acceleration_max: 2.5 };
-  const found = peaks(source, { x: limits, y: limits });
-  expect(found).toEqual({ velocity: 0.5, acceleration: 2, share: 0.8 });
+  const largest = peaks(source, { x: limits, y: limits });
+  expect(largest).toEqual({ velocity: 0.5, acceleration: 2, share: 0.8 });
 });

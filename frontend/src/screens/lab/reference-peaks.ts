@@ -17,7 +17,7 @@ export function peaks(source: SampleSource, plant: object): Peaks | null {
     const whole = { from: source.start, to: source.start + source.last * source.step };
     return Math.max(...extremes(source, `${axis}.${what}_reference`, whole).map(Math.abs));
   };
-  const found = (['x', 'y'] as const).map((axis) => {
+  const byAxis = (['x', 'y'] as const).map((axis) => {
     const velocity = largest(axis, 'velocity');
     const acceleration = largest(axis, 'acceleration');
     const share = Math.max(
@@ -26,7 +26,7 @@ export function peaks(source: SampleSource, plant: object): Peaks | null {
     );
     return { velocity, acceleration, share };
   });
-  const most = (key: keyof Peaks) => Math.max(...found.map((each) => each[key]));
+  const most = (key: keyof Peaks) => Math.max(...byAxis.map((each) => each[key]));
   const result = {
     velocity: most('velocity'),
     acceleration: most('acceleration'),

@@ -30,16 +30,16 @@ class PaperStore {
   chosen = $state(fromAddress('row') ?? '');
 
   /** The document: complete, or the partial one of a running or cancelled job. */
-  private readonly found = $derived(this.job.report?.result ?? this.job.report?.partial ?? null);
+  private readonly results = $derived(this.job.report?.result ?? this.job.report?.partial ?? null);
   readonly lines = $derived<readonly PaperLine[]>(
-    this.document ? linesOf(this.document.rows, this.found?.rows ?? []) : [],
+    this.document ? linesOf(this.document.rows, this.results?.rows ?? []) : [],
   );
   readonly shown = $derived(
     this.lines.filter((line) => passes(line, this.filter) && isOfKind(line, this.kind)),
   );
   readonly line = $derived(this.lines.find(({ row }) => row.id === this.chosen) ?? null);
-  readonly figures = $derived<readonly PaperFigure[]>(this.found?.figures ?? []);
-  readonly errata = $derived<readonly Erratum[]>(this.found?.errata ?? []);
+  readonly figures = $derived<readonly PaperFigure[]>(this.results?.figures ?? []);
+  readonly errata = $derived<readonly Erratum[]>(this.results?.errata ?? []);
   readonly doing = $derived(this.job.active ? (this.job.report?.partial?.doing ?? '') : '');
   /** Which model computed what is shown. */
   readonly made = $derived(this.job.report?.result ?? null);

@@ -78,8 +78,8 @@ describe('rows', () => {
 
   it('say of what kind they are, and that they are lax', () => {
     const of = (kind: PaperRow['kind'], lax: string) => {
-      const found = judged('a', { kind, lax });
-      return { row: found, judged: found, standing: 'holds' as const };
+      const judgedRow = judged('a', { kind, lax });
+      return { row: judgedRow, judged: judgedRow, standing: 'holds' as const };
     };
     expect(remarkOf(of('printed', ''), 'printed value')).toBe('');
     expect(remarkOf(of('printed', 'why'), 'printed value')).toBe('weak test');
@@ -101,9 +101,9 @@ describe('rows', () => {
   });
 
   it('tell each state by an icon and a word of its own', () => {
-    const told = Object.values(TOLD);
-    expect(new Set(told.map(({ word }) => word)).size).toBe(told.length);
-    for (const { icon } of told) expect(icon).not.toBe('');
+    const looks = Object.values(TOLD);
+    expect(new Set(looks.map(({ word }) => word)).size).toBe(looks.length);
+    for (const { icon } of looks) expect(icon).not.toBe('');
   });
 });
 

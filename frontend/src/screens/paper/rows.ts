@@ -55,9 +55,9 @@ export function standingOf(row: PaperRow, judged: JudgedRow | null): RowState {
 }
 
 export function linesOf(rows: readonly PaperRow[], judged: readonly JudgedRow[]): PaperLine[] {
-  const found = new Map(judged.map((row) => [row.id, row]));
+  const byId = new Map(judged.map((row) => [row.id, row]));
   return rows.map((row) => {
-    const computed = found.get(row.id) ?? null;
+    const computed = byId.get(row.id) ?? null;
     return { row: computed ?? row, judged: computed, standing: standingOf(row, computed) };
   });
 }

@@ -12,8 +12,8 @@ class Baseline {
 
   /** Takes what the address says, and reads the run. */
   readAddress(): void {
-    const said = fromAddress('baseline');
-    if (said !== null && said !== '') this.id = said;
+    const address = fromAddress('baseline');
+    if (address !== null && address !== '') this.id = address;
     setAddress({ baseline: this.id });
     void this.read();
   }
@@ -31,8 +31,8 @@ class Baseline {
     const { id } = this;
     if (id === '' || this.run?.id === id) return;
     try {
-      const found = await getRun(id);
-      if (this.id === id && found.deleted === null) this.run = found;
+      const run = await getRun(id);
+      if (this.id === id && run.deleted === null) this.run = run;
     } catch {
       // It is gone or out of reach: the list stays as it is without a baseline.
     }

@@ -18,13 +18,13 @@ type Scalar = string | number | boolean;
 function settings(run: RunDetail, shipped: readonly string[]): [string, Scalar][] | null {
   const { differences, scenario } = run;
   if (!shipped.includes(scenario) || differences.length >= LISTED) return null;
-  const found: [string, Scalar][] = [];
+  const leaves: [string, Scalar][] = [];
   for (const { path, value, shipped: before } of differences) {
     const scalar = ['number', 'boolean'].includes(typeof value) || isPlain(value);
     if (!scalar || before === null || NAMED.test(path)) return null;
-    found.push([path, value as Scalar]);
+    leaves.push([path, value as Scalar]);
   }
-  return found;
+  return leaves;
 }
 
 function isPlain(value: unknown): boolean {

@@ -29,8 +29,8 @@ const MILLI = 1e3;
 
 /** Returns the table of some variants, in their order. */
 export function reversalTable({ variants }: AxisGlitches, names: readonly string[]): ReversalTable {
-  const found = names.map((name) => variants[name]);
-  const scales = found.map((each) =>
+  const reversals = names.map((name) => variants[name]);
+  const scales = reversals.map((each) =>
     scaleFor(Math.max(0, ...(each?.rows ?? []).map(({ height }) => Math.abs(height))), 'm'),
   );
   const cells = (of: Row | Mean | undefined, k: number) =>
@@ -42,13 +42,15 @@ export function reversalTable({ variants }: AxisGlitches, names: readonly string
             time === null ? '–' : (MILLI * time).toFixed(1),
           ),
         ];
-  const turns = new Map(found.flatMap((each) => each?.rows ?? []).map((row) => [row.time, row]));
+  const turns = new Map(
+    reversals.flatMap((each) => each?.rows ?? []).map((row) => [row.time, row]),
+  );
   const rows = [...turns.values()]
     .sort((a, b) => a.time - b.time)
     .map(({ time, direction }) => ({
       time,
       turn: direction > 0 ? '− +' : '+ −',
-      cells: found.map((each, k) =>
+      cells: reversals.map((each, k) =>
         cells(
           each?.rows.find((row) => row.time === time),
           k,
@@ -58,19 +60,19 @@ export function reversalTable({ variants }: AxisGlitches, names: readonly string
   return {
     units: scales.map(({ unit }) => unit),
     rows,
-    means: found.map((each, k) => cells(each?.mean, k)),
+    means: reversals.map((each, k) => cells(each?.mean, k)),
   };
 }
 
 /** Says how high the glitch is under each variant. */
 export function headline({ variants }: AxisGlitches, names: readonly string[]): string {
-  const told = names.flatMap((name) => {
+  const parts = names.flatMap((name) => {
     const height = variants[name]?.mean.height;
     if (height === undefined) return [];
     const { factor, unit } = scaleFor(height, 'm');
     return [`${digits(height * factor)} ${unit} under ${name}`];
   });
-  return `Glitch ${told.join(', ')}`;
+  return `Glitch ${parts.join(', ')}`;
 }
 
 /** The mean of all reversals under a variant, a line without markers. */

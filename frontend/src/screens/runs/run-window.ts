@@ -12,8 +12,8 @@ const FEW = 2;
 
 /** Says why a run has no plane; empty where it has. */
 export function withoutPlane({ columns }: Pick<RunDetail, 'columns'>): string {
-  const missing = AXES.map((axis) => `${axis}.position_reference`).filter((wanted) =>
-    columns.every(({ name }) => name !== wanted),
+  const missing = AXES.map((axis) => `${axis}.position_reference`).filter((reference) =>
+    columns.every(({ name }) => name !== reference),
   );
   return missing.length === 0 || columns.length === 0
     ? ''
@@ -70,14 +70,14 @@ const VARIANTS = 2;
 /** Returns the quantities of a run, following errors first. */
 export function quantitiesOf({ columns, variants }: RunDetail): Quantity[] {
   const shown = new Set(variants.slice(0, VARIANTS));
-  const found = new Map<string, string[]>();
+  const byQuantity = new Map<string, string[]>();
   for (const { name = '' } of columns) {
     const [, variant, rest] = /^([A-Z])\.(.+)$/.exec(name) ?? [];
     if (variant !== undefined && !shown.has(variant)) continue;
     const quantity = (rest ?? name).replaceAll(/[._]/g, ' ');
-    found.set(quantity, [...(found.get(quantity) ?? []), name]);
+    byQuantity.set(quantity, [...(byQuantity.get(quantity) ?? []), name]);
   }
-  const all = [...found].map(([name, own]) => ({ name, columns: own }));
+  const all = [...byQuantity].map(([name, own]) => ({ name, columns: own }));
   const errors = all.filter(({ name }) => name.endsWith('following error'));
   return [...errors, ...all.filter((each) => !errors.includes(each))];
 }

@@ -44,17 +44,17 @@ describe('a swept field', () => {
   });
 
   it('takes names, switches and numbers one by one', () => {
-    const given = [
+    const fields = [
       { ...sweptOf('plant', scenario, ['nominal', 'matched']) },
       { ...sweptOf('variants.B.controller.compensation.enabled', scenario, []) },
       { ...sweptOf(GAIN, scenario, []), by: 'values' as const, values: '150, 200 250;300' },
     ];
-    expect(gridOf(given).map((each) => (each as { values: unknown }).values)).toEqual([
+    expect(gridOf(fields).map((each) => (each as { values: unknown }).values)).toEqual([
       ['nominal', 'matched'],
       [false, true],
       [150e3, 200e3, 250e3, 300e3],
     ]);
-    expect(casesOf('grid', given)).toBe(16);
+    expect(casesOf('grid', fields)).toBe(16);
   });
 
   it('is refused beside its input where it holds no number', () => {

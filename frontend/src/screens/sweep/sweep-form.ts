@@ -101,8 +101,8 @@ export function groupsOf(scenario: Scenario | null): readonly FieldGroup[] {
   };
   const { variants, plant, trajectory, ...rest } = scenario ?? {};
   walk({ variants, plant, trajectory, ...rest }, '');
-  const found = [...groups].map(([name, fields]) => ({ name, fields }));
-  return [{ name: 'motor', fields: [{ path: 'plant', name: 'which motor' }] }, ...found];
+  const named = [...groups].map(([name, fields]) => ({ name, fields }));
+  return [{ name: 'motor', fields: [{ path: 'plant', name: 'which motor' }] }, ...named];
 }
 
 function groupOf(path: string): string {

@@ -5,14 +5,14 @@ import { axisOf, caseOf, csvOf, curvesOf, leastOf, mapOf, valuesOf } from './swe
 const MASS = { path: 'plant.x.mass', unit: 'kg', values: [7, 5, 6] };
 const MOTOR = { path: 'plant', unit: '', values: ['nominal', 'matched'] };
 
-function found(fields: SweepResult['fields'], shape: number[], values: (number | null)[]) {
+function resultOf(fields: SweepResult['fields'], shape: number[], values: (number | null)[]) {
   const axes = { x: { metrics: { peak: values } } };
   const variants = { B: { label: 'b', diverged: [], axes } };
   return { fields, shape, cases: values.length, variants } as unknown as SweepResult;
 }
 
 it('a grid has a case for each combination, the last field fastest', () => {
-  const grid = found([MASS, MOTOR], [3, 2], [1, 2, 3, 4, 5, 6]);
+  const grid = resultOf([MASS, MOTOR], [3, 2], [1, 2, 3, 4, 5, 6]);
   expect([0, 1, 5].map((i) => caseOf(grid, i))).toEqual([
     [7, 'nominal'],
     [7, 'matched'],
@@ -27,12 +27,12 @@ it('a grid has a case for each combination, the last field fastest', () => {
 });
 
 it('a list takes values together', () => {
-  const list = found([MASS, { ...MOTOR, values: ['a', 'b', 'c'] }], [3], [1, 2, 3]);
+  const list = resultOf([MASS, { ...MOTOR, values: ['a', 'b', 'c'] }], [3], [1, 2, 3]);
   expect(caseOf(list, 1)).toEqual([5, 'b']);
 });
 
 it('curves run upwards, with gaps where a case has no number', () => {
-  const one = found([MASS], [3], [1, null, 3]);
+  const one = resultOf([MASS], [3], [1, null, 3]);
   const [curve] = curvesOf(one, 'x', 'peak', axisOf(MASS).at);
   expect(curve).toMatchObject({ name: 'B', x: [5, 6, 7], y: [null, 3, 1] });
   expect(curvesOf(one, 'y', 'peak', axisOf(MASS).at)).toEqual([]);
@@ -46,8 +46,8 @@ it('names are numbered, and told in the name of the axis', () => {
 });
 
 it('the file has a row for each case, and quotes what needs it', () => {
-  const odd = found([{ ...MOTOR, values: ['a,b', 'c'] }], [2], [0.5, null]);
+  const odd = resultOf([{ ...MOTOR, values: ['a,b', 'c'] }], [2], [0.5, null]);
   expect(csvOf(odd)).toBe('case,plant,B.x.peak\n0,"a,b",0.5\n1,c,\n');
-  const formula = found([{ ...MOTOR, values: ['=1+1', '-x'] }], [2], [-0.5, 1]);
+  const formula = resultOf([{ ...MOTOR, values: ['=1+1', '-x'] }], [2], [-0.5, 1]);
   expect(csvOf(formula)).toContain("0,'=1+1,-0.5\n1,'-x,1\n");
 });

@@ -18,8 +18,13 @@ const LOOKS: readonly Look[] = [
 const WIDE = 20;
 
 /** The metric of one variant and axis in each case; empty where that axis does not move. */
-export function valuesOf(found: SweepResult, variant: string, axis: Axis, metric: string): Numbers {
-  return found.variants[variant]?.axes[axis]?.metrics[metric] ?? [];
+export function valuesOf(
+  result: SweepResult,
+  variant: string,
+  axis: Axis,
+  metric: string,
+): Numbers {
+  return result.variants[variant]?.axes[axis]?.metrics[metric] ?? [];
 }
 
 /** The values of the swept fields in one case. */
@@ -28,10 +33,10 @@ export function caseOf({ fields, shape }: SweepResult, number: number): Value[] 
   let rest = number;
   return fields
     .map(({ values }) => values as Value[])
-    .reduceRight<Value[]>((found, values) => {
-      found.unshift(values[rest % values.length] as Value);
+    .reduceRight<Value[]>((combination, values) => {
+      combination.unshift(values[rest % values.length] as Value);
       rest = Math.floor(rest / values.length);
-      return found;
+      return combination;
     }, []);
 }
 
@@ -62,10 +67,10 @@ export function wide(values: Numbers): boolean {
 }
 
 /** One curve for each variant over the first field, in its order on the axis. */
-export function curvesOf(found: SweepResult, axis: Axis, metric: string, at: number[]): Series[] {
+export function curvesOf(result: SweepResult, axis: Axis, metric: string, at: number[]): Series[] {
   const order = at.map((_, i) => i).sort((a, b) => (at[a] ?? 0) - (at[b] ?? 0));
-  return Object.keys(found.variants).flatMap((variant, k) => {
-    const values = valuesOf(found, variant, axis, metric);
+  return Object.keys(result.variants).flatMap((variant, k) => {
+    const values = valuesOf(result, variant, axis, metric);
     if (values.length === 0) return [];
     const look = LOOKS[k % LOOKS.length];
     return [
@@ -105,8 +110,8 @@ export function leastOf(values: Numbers): number {
 }
 
 /** One row a case, in the columns of `motionlab sweep --out`: fields, then every metric. SI. */
-export function csvOf(found: SweepResult): string {
-  const columns = Object.entries(found.variants).flatMap(([name, { axes }]) =>
+export function csvOf(result: SweepResult): string {
+  const columns = Object.entries(result.variants).flatMap(([name, { axes }]) =>
     Object.entries(axes).flatMap(([axis, { metrics }]) =>
       Object.entries(metrics).map(([metric, values]) => ({
         head: `${name}.${axis}.${metric}`,
@@ -116,12 +121,12 @@ export function csvOf(found: SweepResult): string {
   );
   const heads = [
     'case',
-    ...found.fields.map(({ path }) => path),
+    ...result.fields.map(({ path }) => path),
     ...columns.map(({ head }) => head),
   ];
-  const rows = Array.from({ length: found.cases }, (_, i) => [
+  const rows = Array.from({ length: result.cases }, (_, i) => [
     i,
-    ...caseOf(found, i),
+    ...caseOf(result, i),
     ...columns.map(({ values }) => values[i] ?? ''),
   ]);
   return [heads, ...rows].map((row) => `${csvRow(row)}\n`).join('');

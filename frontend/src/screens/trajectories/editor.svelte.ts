@@ -43,7 +43,7 @@ export class Editor {
   /** What was opened or saved last, and as what. */
   private saved = $state.raw<GivenPath | null>(load('path-saved', null, nullOr(GIVEN_PATH)));
   /** What the server found about `checkedOf`. */
-  found = $state.raw<Checked | null>(null);
+  checked = $state.raw<Checked | null>(null);
   private checkedOf = $state.raw<Table | null>(null);
   /** Why the server refuses the table as it stands, or what it lacks. */
   refused = $state('');
@@ -71,7 +71,7 @@ export class Editor {
   }
 
   /** The table with its saved name, as the Lab takes it. */
-  readonly given = $derived.by((): GivenPath => {
+  readonly namedPath = $derived.by((): GivenPath => {
     const name = equal(this.table, this.saved?.table) ? (this.saved?.name ?? '') : '';
     return { name, table: this.table };
   });
@@ -82,13 +82,15 @@ export class Editor {
   /** The curve of the path: a smooth one as the server last answered. */
   readonly outline = $derived.by(() => {
     if (this.path?.geometry !== 'spline') return this.path && polygon(this.path);
-    return this.refused === '' ? (this.found?.outline ?? null) : null;
+    return this.refused === '' ? (this.checked?.outline ?? null) : null;
   });
 
   /** The figure as a path whose points can be dragged. */
-  readonly convertible = $derived(this.fresh ? (this.found?.drawn ?? null) : null);
+  readonly convertible = $derived(this.fresh ? (this.checked?.drawn ?? null) : null);
 
-  readonly feasible = $derived(this.fresh && this.refused === '' && this.found?.feasible === true);
+  readonly feasible = $derived(
+    this.fresh && this.refused === '' && this.checked?.feasible === true,
+  );
 
   /** Replaces the trajectory; changes of one named gesture in quick succession are undone as one. */
   set(table: Table, gesture = ''): void {
@@ -150,11 +152,11 @@ export class Editor {
   /** Returns the motion stretched until the motor can follow it; null where that fails. */
   async slower(): Promise<{ trajectory: Table; stretch: number } | null> {
     const table = this.table;
-    let found = null;
+    let slowed = null;
     await app.try(async () => {
-      found = await app.api.slow(this.request(table));
+      slowed = await app.api.slow(this.request(table));
     });
-    return table === this.table ? found : null;
+    return table === this.table ? slowed : null;
   }
 
   async open(name: string): Promise<void> {
@@ -227,27 +229,27 @@ export class Editor {
       return;
     }
     try {
-      const found = await this.examine(table);
-      this.show(table, found, '');
-      if (!found.feasible) return;
+      const checked = await this.examine(table);
+      this.show(table, checked, '');
+      if (!checked.feasible) return;
       this.lastFeasible = table;
-      if (!this.moving || found.duration <= LONGEST.moving) this.simulate(table);
+      if (!this.moving || checked.duration <= LONGEST.moving) this.simulate(table);
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
-      this.show(table, this.found, errorText(error));
+      this.show(table, this.checked, errorText(error));
     }
   }
 
   /** Takes what was found of a table. */
-  private show(table: Table, found: Checked | null, refused: string): void {
-    this.found = found;
+  private show(table: Table, checked: Checked | null, refused: string): void {
+    this.checked = checked;
     this.checkedOf = table;
     this.refused = refused;
   }
 
   /** Asks what A and B make of the path. */
   private simulate(table: Table): void {
-    if (!this.found || this.found.duration > LONGEST.resting) return;
+    if (!this.checked || this.checked.duration > LONGEST.resting) return;
     const { scenario, set, trajectory } = this.planned(table);
     const changes = { ...set, trajectory: trajectory as Changes[string] };
     this.whatif.ask({ scenario, set: changes, columns: [] });

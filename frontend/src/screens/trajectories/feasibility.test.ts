@@ -21,9 +21,9 @@ function answer(more: object = { outline: null }): ArrayBuffer {
 
 describe('a check', () => {
   it('is read without a copy', () => {
-    const found = readChecked(answer());
-    expect(found.feasible).toBe(false);
-    expect([...(found.columns.get('x.position')?.minimum ?? [])]).toEqual([1, 2, 3, 4]);
+    const checked = readChecked(answer());
+    expect(checked.feasible).toBe(false);
+    expect([...(checked.columns.get('x.position')?.minimum ?? [])]).toEqual([1, 2, 3, 4]);
   });
 
   it('has the curve of a smooth path', () => {
@@ -38,10 +38,10 @@ describe('a check', () => {
   });
 
   it('tells where which quantity is too large', () => {
-    const found = readChecked(answer());
-    expect(stretches(found)).toEqual([[1, 3]]);
-    expect(stretches(found, ['thrust'])).toEqual([[2, 3]]);
-    expect(stretches(found, ['velocity'])).toEqual([]);
+    const checked = readChecked(answer());
+    expect(stretches(checked)).toEqual([[1, 3]]);
+    expect(stretches(checked, ['thrust'])).toEqual([[2, 3]]);
+    expect(stretches(checked, ['velocity'])).toEqual([]);
   });
 });
 

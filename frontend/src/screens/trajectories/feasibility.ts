@@ -66,10 +66,10 @@ export interface Checked extends Head {
 /** Reads an answer; the curves are views into it. */
 export function readChecked(buffer: ArrayBuffer): Checked {
   type Indices = Record<'x' | 'y' | 'edge' | 'count', number>;
-  const { numbers, outline, ...found } = readCurves<Head & { outline: Indices | null }>(buffer);
+  const { numbers, outline, ...head } = readCurves<Head & { outline: Indices | null }>(buffer);
   const column = (from: number) => numbers.subarray(from, from + (outline?.count ?? 0));
   return {
-    ...found,
+    ...head,
     outline: outline && {
       x: column(outline.x),
       y: column(outline.y),
@@ -86,17 +86,17 @@ export function stretches(
   const flags = columns.get('violated')?.maximum;
   if (!flags) return [];
   const mask = quantities.reduce((sum, each) => sum | (1 << QUANTITIES.indexOf(each)), 0);
-  const found: [number, number][] = [];
+  const stretchesOfBins: [number, number][] = [];
   let from = -1;
   for (let i = 0; i <= flags.length; i++) {
     const bad = i < flags.length && ((flags[i] as number) & mask) !== 0;
     if (bad && from < 0) from = i;
     if (!bad && from >= 0) {
-      found.push([from, i]);
+      stretchesOfBins.push([from, i]);
       from = -1;
     }
   }
-  return found;
+  return stretchesOfBins;
 }
 
 interface Variant {

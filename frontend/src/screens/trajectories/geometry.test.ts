@@ -55,9 +55,9 @@ describe('what is under the pointer', () => {
   it('is an edge and the place on it', () => {
     expect(nearest([0.5, 1], [0, 0], [1, 0])).toEqual([0.5, 0]);
     expect(nearest([2, 1], [0, 0], [1, 0])).toEqual([1, 0]);
-    const found = edgeAt(polygon(SQUARE), [0.0151, -0.0151], 0.001);
-    expect(found?.edge).toBe(3);
-    expect(found?.place[0]).toBeCloseTo(0.015, 6);
+    const hit = edgeAt(polygon(SQUARE), [0.0151, -0.0151], 0.001);
+    expect(hit?.edge).toBe(3);
+    expect(hit?.place[0]).toBeCloseTo(0.015, 6);
   });
 });
 

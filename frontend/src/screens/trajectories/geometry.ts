@@ -77,14 +77,14 @@ export function edgeAt(
   reach: number,
 ): { edge: number; place: Point } | null {
   const corner = (i: number): Point => [x[i] as number, y[i] as number];
-  let found: { edge: number; place: Point } | null = null;
+  let hit: { edge: number; place: Point } | null = null;
   let least = reach;
   for (let i = 0; i + 1 < edge.length; i++) {
     const close = nearest(place, corner(i), corner(i + 1));
     const away = distance(close, place);
     if (away > least) continue;
     least = away;
-    found = { edge: edge[i] as number, place: close };
+    hit = { edge: edge[i] as number, place: close };
   }
-  return found;
+  return hit;
 }

@@ -21,7 +21,7 @@ export interface Scene {
   /** The curve of the path; null while there is none. */
   outline: Outline | null;
   chosen: ReadonlySet<number>;
-  found: Checked | null;
+  checked: Checked | null;
   /** Whether `found` is of the path as it stands; else it is drawn paler. */
   fresh: boolean;
   cursor: number | null;
@@ -85,8 +85,8 @@ export class PathView {
     const [west, east] = [Math.min(...xs), Math.max(...xs)];
     const [south, north] = [Math.min(...ys), Math.max(...ys)];
     this.plane.centre = [(west + east) / 2, (south + north) / 2];
-    const wanted = this.plane.fitting(1.3 * (east - west), 1.3 * (north - south));
-    this.zoom = Math.min(ZOOM.most, Math.max(ZOOM.least, wanted / this.scale));
+    const fitting = this.plane.fitting(1.3 * (east - west), 1.3 * (north - south));
+    this.zoom = Math.min(ZOOM.most, Math.max(ZOOM.least, fitting / this.scale));
   }
 
   draw(scene: Scene): void {
@@ -107,12 +107,12 @@ export class PathView {
     canvas.clipped(plane.box, () => {
       canvas.pen('strong', 1.5);
       c.strokeRect(west, north, east - west, south - north);
-      const { found, path } = scene;
-      if (found) this.infeasible(found, scene.fresh);
+      const { checked, path } = scene;
+      if (checked) this.infeasible(checked, scene.fresh);
       if (path) this.path(path, scene.outline);
-      else if (found) this.trail(found, 0, found.time.count);
+      else if (checked) this.trail(checked, 0, checked.time.count);
       if (path && !scene.bare) this.points(path, scene);
-      if (found) this.marks(found, scene);
+      if (checked) this.marks(checked, scene);
       this.hand(scene);
     });
   }
@@ -142,9 +142,9 @@ export class PathView {
   }
 
   /** The path as the server sampled it, from one bin to another. */
-  private trail(found: Checked, from: number, to: number): void {
+  private trail(checked: Checked, from: number, to: number): void {
     const { c } = this.canvas;
-    const [x, y] = places(found);
+    const [x, y] = places(checked);
     if (!x || !y) return;
     this.canvas.pen('text', 1.5);
     c.beginPath();
@@ -157,10 +157,10 @@ export class PathView {
     this.canvas.trace(Math.min(to, x.length), at, from);
   }
 
-  private infeasible(found: Checked, fresh: boolean): void {
+  private infeasible(checked: Checked, fresh: boolean): void {
     const { c } = this.canvas;
-    const [x, y] = places(found);
-    if (!x || !y || found.feasible) return;
+    const [x, y] = places(checked);
+    if (!x || !y || checked.feasible) return;
     c.save();
     c.globalAlpha = fresh ? 1 : 0.5;
     c.lineWidth = 13;
@@ -169,7 +169,7 @@ export class PathView {
     c.strokeStyle = this.canvas.hatch('bad');
     c.beginPath();
     // A bin further than the last that is bad, so that one of a single bin has a length.
-    for (const [from, to] of stretches(found)) this.trace(x, y, from, to + 1);
+    for (const [from, to] of stretches(checked)) this.trace(x, y, from, to + 1);
     c.stroke();
     c.restore();
   }
@@ -243,16 +243,16 @@ export class PathView {
   }
 
   /** Numbers at the worst places, as in the list, and where the cursor of the plots is. */
-  private marks(found: Checked, { cursor, fresh }: Scene): void {
+  private marks(checked: Checked, { cursor, fresh }: Scene): void {
     const { canvas } = this;
-    const [x, y] = places(found);
+    const [x, y] = places(checked);
     if (cursor !== null && x && y && cursor < x.length) {
       const [px, py] = this.at([x[cursor] as number, y[cursor] as number]);
       canvas.dot(px, py, 5, 'focus');
     }
     if (!fresh) return;
     const taken: Point[] = [];
-    found.violations.slice(0, NUMBERED).forEach(({ place }, i) => {
+    checked.violations.slice(0, NUMBERED).forEach(({ place }, i) => {
       const [px, py] = this.at(place);
       if (taken.some(([x, y]) => Math.hypot(x - px, y - py) < APART)) return;
       taken.push([px, py]);
@@ -266,6 +266,6 @@ export class PathView {
   }
 }
 
-function places(found: Checked): [Float32Array | undefined, Float32Array | undefined] {
-  return [found.columns.get('x.position')?.minimum, found.columns.get('y.position')?.minimum];
+function places(checked: Checked): [Float32Array | undefined, Float32Array | undefined] {
+  return [checked.columns.get('x.position')?.minimum, checked.columns.get('y.position')?.minimum];
 }

@@ -135,8 +135,8 @@ export class PlaneGesture {
         return;
       case 'band': {
         this.band = [grip.from, at];
-        const found = editor.path ? within(editor.path, grip.from, at) : [];
-        editor.chosen = new Set([...grip.before, ...found]);
+        const enclosed = editor.path ? within(editor.path, grip.from, at) : [];
+        editor.chosen = new Set([...grip.before, ...enclosed]);
         this.moved = true;
         return;
       }

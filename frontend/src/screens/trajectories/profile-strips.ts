@@ -85,9 +85,9 @@ export class ProfileStrips {
     return share >= 0 && share <= 1 ? Math.min(count - 1, Math.floor(share * count)) : null;
   }
 
-  draw(found: Checked, fresh: boolean, cursor: number | null): void {
+  draw(checked: Checked, fresh: boolean, cursor: number | null): void {
     const { canvas } = this;
-    const { step, count } = found.time;
+    const { step, count } = checked.time;
     const right = Math.max(LEFT + 1, canvas.width - RIGHT);
     const x = new AxisScale(TIME, 0, step * count, [LEFT, right]);
     canvas.clear();
@@ -96,7 +96,7 @@ export class ProfileStrips {
     const each = floor / STRIPS.length;
     STRIPS.forEach((strip, i) => {
       const last = i === STRIPS.length - 1;
-      this.strip(found, strip, x, [last ? floor : (i + 1) * each - 4, i * each + TITLE], last);
+      this.strip(checked, strip, x, [last ? floor : (i + 1) * each - 4, i * each + TITLE], last);
     });
     canvas.c.globalAlpha = 1;
     if (cursor === null) return;
@@ -106,17 +106,17 @@ export class ProfileStrips {
   }
 
   private strip(
-    found: Checked,
+    checked: Checked,
     strip: Strip,
     x: AxisScale,
     pixels: readonly [bottom: number, top: number],
     last: boolean,
   ): void {
     const { canvas } = this;
-    const { step, count } = found.time;
+    const { step, count } = checked.time;
     const [left, right] = x.pixels;
     const [bottom, top] = pixels;
-    const source = new StillSource(0, step, count, found.columns);
+    const source = new StillSource(0, step, count, checked.columns);
     const bins = source.cut(0, step * count, right - left);
     const curves = strip.curves
       .filter(({ column }) => source.has(column))
@@ -127,10 +127,10 @@ export class ProfileStrips {
     };
     for (const curve of curves) hold(...curve.read(source, bins));
     const far = FAR * Math.max(-low, high);
-    const limits = limitsOf(found, strip).filter((value) => value <= far);
+    const limits = limitsOf(checked, strip).filter((value) => value <= far);
     hold(...limits, ...limits.map((value) => -value));
     const bounds = (strip.bounds ?? []).flatMap(({ column, look }) => {
-      const values = found.columns.get(column);
+      const values = checked.columns.get(column);
       return values && most(values.maximum) <= far ? [{ values, look }] : [];
     });
     for (const { values } of bounds) hold(least(values.minimum), most(values.maximum));
@@ -146,7 +146,7 @@ export class ProfileStrips {
     );
 
     canvas.c.fillStyle = canvas.hatch('bad');
-    for (const [from, to] of stretches(found, strip.quantities)) {
+    for (const [from, to] of stretches(checked, strip.quantities)) {
       const [start, end] = [x.px(from * step), x.px(to * step)];
       canvas.c.fillRect(start - 1, top, Math.max(3, end - start + 2), bottom - top);
     }

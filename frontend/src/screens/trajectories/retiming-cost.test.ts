@@ -23,8 +23,8 @@ function checked(lap: number, speed: number, jerk: number, share: number): Check
 
 it('a retiming is described by its lap, its peaks and its share of the thrust', () => {
   const rows = costs(checked(4, 0.08, 2, 0.22), checked(2, 0.16, 16, 0.44));
-  const found = rows.map(({ name, unit, now, then, change }) => [name, unit, now, then, change]);
-  expect(found).toEqual([
+  const cells = rows.map(({ name, unit, now, then, change }) => [name, unit, now, then, change]);
+  expect(cells).toEqual([
     ['lap time', 's', '4.00', '2.00', -0.5],
     ['speed', 'mm/s', '80.0', '160', expect.closeTo(1, 5)],
     ['peak accel.', 'm/s²', '0', '0', null],

@@ -25,32 +25,37 @@ interface Measure {
   name: string;
   title: string;
   unit: string;
-  of: (found: Checked) => number;
+  of: (checked: Checked) => number;
 }
 
 const MEASURES: readonly Measure[] = [
-  { name: 'lap time', title: 'Once along the path', unit: 's', of: (found) => found.examined },
-  { name: 'speed', title: 'Peak along the path', unit: 'm/s', of: (found) => most(found, 'speed') },
+  { name: 'lap time', title: 'Once along the path', unit: 's', of: (checked) => checked.examined },
+  {
+    name: 'speed',
+    title: 'Peak along the path',
+    unit: 'm/s',
+    of: (checked) => most(checked, 'speed'),
+  },
   {
     name: 'peak accel.',
     title: 'Peak acceleration of either axis',
     unit: 'm/s^2',
-    of: (found) => either(found, 'acceleration'),
+    of: (checked) => either(checked, 'acceleration'),
   },
   {
     name: 'peak jerk',
     title: 'Peak of either axis',
     unit: 'm/s^3',
-    of: (found) => either(found, 'jerk'),
+    of: (checked) => either(checked, 'jerk'),
   },
   {
     name: 'thrust',
     title: 'Largest share of what the motor has at that place',
     unit: '%',
-    of: (found) =>
+    of: (checked) =>
       100 *
       Math.max(
-        ...found.peaks.map(({ quantity, share }) => {
+        ...checked.peaks.map(({ quantity, share }) => {
           return quantity === 'thrust' ? (share ?? 0) : 0;
         }),
       ),
@@ -70,8 +75,8 @@ export function costs(now: Checked | null, then: Checked | null): Cost[] {
   });
 }
 
-function either(found: Checked, quantity: string): number {
-  return Math.max(most(found, `x.${quantity}`), most(found, `y.${quantity}`));
+function either(checked: Checked, quantity: string): number {
+  return Math.max(most(checked, `x.${quantity}`), most(checked, `y.${quantity}`));
 }
 
 /** Largest magnitude of a profile. */

@@ -15,9 +15,9 @@ class Retiming {
   private slower = $state.raw<{ of: Table; table: Table } | null>(null);
   /** By how much every move is stretched to be feasible; 0 for any other proposal. */
   private stretched = $state(0);
-  found = $state.raw<Checked | null>(null);
+  checked = $state.raw<Checked | null>(null);
   refused = $state('');
-  private foundOf = $state.raw<Table | null>(null);
+  private checkedOf = $state.raw<Table | null>(null);
   private readonly checks = new LatestWins<Table>((table) => this.check(table));
 
   /** The path as it would be; null while nothing is proposed. */
@@ -34,7 +34,7 @@ class Retiming {
   });
 
   /** Whether what was found is of what is proposed. */
-  readonly fresh = $derived(this.table !== null && equal(this.table, this.foundOf));
+  readonly fresh = $derived(this.table !== null && equal(this.table, this.checkedOf));
 
   /** By how much what is proposed is stretched to be feasible; 0 for any other proposal. */
   get stretch(): number {
@@ -67,16 +67,16 @@ class Retiming {
 
   discard(): void {
     [this.timing, this.slower, this.stretched] = [null, null, 0];
-    [this.found, this.foundOf, this.refused] = [null, null, ''];
+    [this.checked, this.checkedOf, this.refused] = [null, null, ''];
   }
 
   private async check(table: Table): Promise<void> {
     try {
-      const found = await editor.examine(table);
-      [this.found, this.foundOf, this.refused] = [found, table, ''];
+      const retimed = await editor.examine(table);
+      [this.checked, this.checkedOf, this.refused] = [retimed, table, ''];
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
-      [this.found, this.foundOf, this.refused] = [null, table, errorText(error)];
+      [this.checked, this.checkedOf, this.refused] = [null, table, errorText(error)];
     }
   }
 }

@@ -64,11 +64,11 @@ describe('a stroke of the hand', () => {
   const wave = Array.from({ length: 201 }, (_, i): Point => [i * 1e-4, 2e-3 * Math.sin(i / 20)]);
 
   it('keeps its ends and no more points than it needs', () => {
-    const found = simplified(wave, 1e-4);
-    expect(found[0]).toBe(wave[0]);
-    expect(found.at(-1)).toBe(wave.at(-1));
-    expect(found.length).toBeGreaterThan(6);
-    expect(found.length).toBeLessThan(40);
+    const points = simplified(wave, 1e-4);
+    expect(points[0]).toBe(wave[0]);
+    expect(points.at(-1)).toBe(wave.at(-1));
+    expect(points.length).toBeGreaterThan(6);
+    expect(points.length).toBeLessThan(40);
   });
 
   it('is closed where it comes back to its start', () => {

@@ -82,7 +82,7 @@ function crossing(
   level: number,
   distance: (share: number, k: number) => number,
 ): number | null {
-  let [found, least] = [null as number | null, Infinity];
+  let [crossover, least] = [null as number | null, Infinity];
   for (let k = 1; k < frequency.length; k++) {
     const [a, b] = [(values[k - 1] ?? NaN) - level, (values[k] ?? NaN) - level];
     if (!(a * b <= 0) || a === b) continue;
@@ -90,9 +90,9 @@ function crossing(
     const away = distance(share, k);
     if (away >= least) continue;
     const [from, to] = [frequency[k - 1] ?? NaN, frequency[k] ?? NaN];
-    [found, least] = [from * (to / from) ** share, away];
+    [crossover, least] = [from * (to / from) ** share, away];
   }
-  return found;
+  return crossover;
 }
 
 function between(values: readonly number[], share: number, k: number): number {
@@ -133,11 +133,11 @@ export function phaseMarginMark(looked: LookedAt | null): Mark[] {
 export function marksOf(looked: LookedAt | null, view: LoopView): Mark[] {
   const figures = looked?.figures;
   if (!figures) return [];
-  const found: Mark[] = [];
+  const marks: Mark[] = [];
   if (view === 'open') {
-    found.push({ axis: 'y', at: 1, label: '1', ink: 'muted', dash: 'dash' });
+    marks.push({ axis: 'y', at: 1, label: '1', ink: 'muted', dash: 'dash' });
     if (figures.crossover !== null) {
-      found.push({
+      marks.push({
         axis: 'x',
         at: figures.crossover,
         label: 'crossover',
@@ -145,11 +145,11 @@ export function marksOf(looked: LookedAt | null, view: LoopView): Mark[] {
         dash: 'dot',
       });
     }
-    found.push(...gainMarginMark(looked));
+    marks.push(...gainMarginMark(looked));
   } else if (view === 'closed' && figures.bandwidth !== null) {
-    found.push({ axis: 'x', at: figures.bandwidth, label: 'bandwidth', ink: 'muted', dash: 'dot' });
+    marks.push({ axis: 'x', at: figures.bandwidth, label: 'bandwidth', ink: 'muted', dash: 'dot' });
   } else if (view === 'sensitivity') {
-    found.push({ axis: 'y', at: figures.Ms, label: 'Ms', ink: 'muted', dash: 'dash' });
+    marks.push({ axis: 'y', at: figures.Ms, label: 'Ms', ink: 'muted', dash: 'dash' });
   }
-  return found;
+  return marks;
 }

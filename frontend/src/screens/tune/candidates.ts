@@ -55,8 +55,8 @@ function largest({ metrics }: TunedAxis, metric: 'peak' | 'rms'): Worst | null {
 
 function least({ margins }: TunedAxis, margin: 'gain_margin' | 'phase_margin'): Worst | null {
   const all = Object.entries(margins).flatMap(([motor, one]) => {
-    const found = one[margin];
-    return found ? [{ ...found, motor }] : [];
+    const worst = one[margin];
+    return worst ? [{ ...worst, motor }] : [];
   });
   return all.sort((a, b) => a.value - b.value)[0] ?? null;
 }
@@ -143,5 +143,7 @@ export function placeOf({ motor, velocity }: Worst): string {
 /** Says on which motor each quantity of a line is worst. */
 export function placesOf({ peak, rms, gainMargin, phaseMargin }: CandidateLine): string {
   const worst = Object.entries({ peak, rms, GM: gainMargin, PM: phaseMargin });
-  return worst.flatMap(([name, found]) => (found ? [`${name} ${placeOf(found)}`] : [])).join(', ');
+  return worst
+    .flatMap(([name, margin]) => (margin ? [`${name} ${placeOf(margin)}`] : []))
+    .join(', ');
 }

@@ -70,6 +70,6 @@ it('finds of which loop a sweep was, or tells it beside the likest', () => {
   const moved = changed({ 'trajectory.kind': 'rhombus' });
   expect(loopOf(moved, NOW, chosen, 'B').of).toBe('present');
   const then = changed({ plant: 'matched', 'variants.B.controller.x.k_p': 5 });
-  expect(loopOf(then, NOW, chosen, 'B').told).toBe('of another motor (matched)');
-  expect(loopOf(then, NOW, null, 'B').told).toBe('of another motor (matched) and other gains');
+  expect(loopOf(then, NOW, chosen, 'B').reason).toBe('of another motor (matched)');
+  expect(loopOf(then, NOW, null, 'B').reason).toBe('of another motor (matched) and other gains');
 });

@@ -12,19 +12,19 @@ export const MAP: readonly Other[] = ['motor', 'load', 'motion', 'controller'];
 
 /** Lists what differs between the whole scenario of a job and the present one. */
 export function othersOf(then: Scenario, now: Scenario, variant: string): Set<Other> {
-  const found = new Set<Other>();
-  if (!samePlant(then, now)) found.add('motor');
-  if (!equal(then.load, now.load)) found.add('load');
-  if (!equal(then.trajectory, now.trajectory)) found.add('motion');
+  const others = new Set<Other>();
+  if (!samePlant(then, now)) others.add('motor');
+  if (!equal(then.load, now.load)) others.add('load');
+  if (!equal(then.trajectory, now.trajectory)) others.add('motion');
   const path = `variants.${variant}`;
   const [a, b] = [at(then, path), at(now, path)];
   if (typeof a !== 'object' || typeof b !== 'object' || a === null || b === null) {
-    return found.add('controller');
+    return others.add('controller');
   }
   for (const { path: changed } of difference(a, b)) {
-    found.add(/\.k_[pd]$/.test(changed) ? 'gains' : 'controller');
+    others.add(/\.k_[pd]$/.test(changed) ? 'gains' : 'controller');
   }
-  return found;
+  return others;
 }
 
 /** A motor given by name only is compared by name. */
@@ -70,10 +70,10 @@ export function loopOf(
   present: Scenario,
   chosen: Scenario | null,
   variant: string,
-): { of: SweptLoop | null; told: string } {
+): { of: SweptLoop | null; reason: string } {
   const differs = (whole: Scenario) =>
     LOOP.filter((other) => othersOf(then, whole, variant).has(other)).length;
   const likest = chosen && differs(chosen) < differs(present) ? chosen : present;
-  if (differs(likest) === 0) return { of: likest === present ? 'present' : 'chosen', told: '' };
-  return { of: null, told: `of ${otherWords(then, likest, variant, LOOP)}` };
+  if (differs(likest) === 0) return { of: likest === present ? 'present' : 'chosen', reason: '' };
+  return { of: null, reason: `of ${otherWords(then, likest, variant, LOOP)}` };
 }

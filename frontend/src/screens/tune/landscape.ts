@@ -130,10 +130,10 @@ export function spotsOf(lines: readonly CandidateLine[], chosen: string): Spot[]
 
 /** Returns the cost of the cell that lies nearest to a pair of gains. */
 export function costAt({ k_p, k_d, cost }: AxisLandscape, at: [number, number]): number | null {
-  const nearest = (values: readonly number[], wanted: number) =>
+  const nearest = (values: readonly number[], target: number) =>
     values.reduce(
       (best, value, i) =>
-        Math.abs(Math.log(value / wanted)) < Math.abs(Math.log((values[best] ?? value) / wanted))
+        Math.abs(Math.log(value / target)) < Math.abs(Math.log((values[best] ?? value) / target))
           ? i
           : best,
       0,

@@ -32,7 +32,7 @@ class Tuner {
   readonly loops = new LoopStore(app.api);
   readonly comparison = new Comparison(app.api, fieldErrorsText);
   /** Gains that were given to the Lab. */
-  readonly given = new AppliedChanges();
+  readonly appliedChanges = new AppliedChanges();
   private looked = $state<Axis>(load('tune-axis', 'x' as string) === 'y' ? 'y' : 'x');
   /** Which line of each axis is chosen, by its id. */
   private choice = $state.raw<Choice>({});
@@ -84,11 +84,11 @@ class Tuner {
   );
 
   /** The last sweep, of which of the two loops it is, and else why it is not drawn. */
-  readonly swept = $derived.by((): { sweep: LoopSweep | null; of: SweptLoop; told: string } => {
+  readonly swept = $derived.by((): { sweep: LoopSweep | null; of: SweptLoop; reason: string } => {
     const { report } = this.sweep;
     const sweep = report?.result ?? report?.partial ?? null;
-    if (!report || !sweep) return { sweep: null, of: 'present', told: '' };
-    const none = (told: string) => ({ sweep: null, of: 'present' as const, told });
+    if (!report || !sweep) return { sweep: null, of: 'present', reason: '' };
+    const none = (reason: string) => ({ sweep: null, of: 'present' as const, reason });
     if (sweep.axis !== this.axis || sweep.variant !== this.variant) {
       return none(`of axis ${sweep.axis} of controller ${sweep.variant}`);
     }
@@ -96,8 +96,8 @@ class Tuner {
     const now = this.now({});
     if (!then || !now) return none('asked for elsewhere');
     const chosen = this.loops.chosen ? this.now(this.chosen) : null;
-    const { of, told } = loopOf(then, now, chosen, this.variant);
-    return of ? { sweep, of, told } : none(told);
+    const { of, reason } = loopOf(then, now, chosen, this.variant);
+    return of ? { sweep, of, reason } : none(reason);
   });
 
   /** In what the cost map is not of what is tuned now; empty where it is. */
@@ -180,15 +180,15 @@ class Tuner {
 
   private linesFor(axis: Axis): CandidateLine[] {
     const picked = this.picked[axis];
-    const found = linesOf(this.result?.groups ?? [], axis);
-    return picked ? [...found, pickedLine(picked, this.variant, axis)] : found;
+    const lines = linesOf(this.result?.groups ?? [], axis);
+    return picked ? [...lines, pickedLine(picked, this.variant, axis)] : lines;
   }
 
   /** What was chosen by hand; else the best candidate, where it betters what is there. */
   private chosenFor(axis: Axis): string {
     const lines = this.linesFor(axis);
-    const wanted = this.choice[axis];
-    if (lines.some(({ id }) => id === wanted)) return wanted as string;
+    const chosen = this.choice[axis];
+    if (lines.some(({ id }) => id === chosen)) return chosen as string;
     const better = lines.find(
       ({ id, set }) =>
         id.startsWith('start') &&

@@ -28,14 +28,14 @@ const LOOKS: readonly Pick<Series, 'ink' | 'dash' | 'area'>[] = [
 
 /** Plants in each bin, of the first two variants: steps from edge to edge. */
 export function histogramSeries(study: MonteCarlo, axis: Axis, metric: string): Series[] {
-  const found = study.histograms?.[axis]?.[metric];
-  if (!found) return [];
-  return Object.entries(found.counts)
+  const histogram = study.histograms?.[axis]?.[metric];
+  if (!histogram) return [];
+  return Object.entries(histogram.counts)
     .slice(0, 2)
     .map(([name, counts], i) => ({
       name,
       kind: 'step' as const,
-      x: found.edges,
+      x: histogram.edges,
       y: [...counts, null],
       ...LOOKS[i],
     }));

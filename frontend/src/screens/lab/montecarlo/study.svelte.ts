@@ -37,16 +37,16 @@ export class Study extends ScenarioForm {
   /** Number of the plant of this study that the Lab shows; null where it shows another motor. */
   readonly opened = $derived.by((): number | null => {
     const { request } = this.job.report ?? {};
-    const asked = request && sourceOf(request);
-    if (!asked || !this.question || !this.stale) return null;
+    const source = request && sourceOf(request);
+    if (!source || !this.question || !this.stale) return null;
     const now = wholeOf(this.question, app.catalogue.resolved);
-    const found = this.result?.worst.find(({ set }) =>
+    const plant = this.result?.worst.find(({ set }) =>
       equal(
-        wholeOf({ ...asked, set: { ...asked.set, ...(set as Changes) } }, app.catalogue.resolved),
+        wholeOf({ ...source, set: { ...source.set, ...(set as Changes) } }, app.catalogue.resolved),
         now,
       ),
     );
-    return found?.case ?? null;
+    return plant?.case ?? null;
   });
 
   private readonly bands = $derived.by((): Record<Axis, Underlay[]> | null => {

@@ -20,8 +20,8 @@ export function comparedRows(
   variant: string,
 ): ComparedRow[] {
   const columns = [now, ...runs].flatMap((metrics, i): [string, VariantMetrics][] => {
-    const found = metrics.variants[variant];
-    return found ? [[String(i), found]] : [];
+    const figures = metrics.variants[variant];
+    return figures ? [[String(i), figures]] : [];
   });
   const all = { window: now.window, variants: Object.fromEntries(columns) };
   const order = [now, ...runs].map((_, i) => String(i));

@@ -46,15 +46,15 @@ export function written(choice: SceneChoice): string {
 /** Reads what `written` writes; what is missing or unknown is as usual. */
 export function read(text: string): SceneChoice {
   const words = text.split('.');
-  const said = (word: string) => words.includes(word);
+  const has = (word: string) => words.includes(word);
   return {
-    camera: CAMERAS.find(said) ?? USUAL.camera,
+    camera: CAMERAS.find(has) ?? USUAL.camera,
     machine: words.find((word) => /^[A-Z]$/.test(word)) ?? USUAL.machine,
-    axis: said('y') ? 'y' : 'x',
-    ghost: said('ghost'),
-    magnified: !said('true-size'),
-    arrows: ARROWS.filter((arrow) => !said(`-${arrow}`)),
-    filled: said('filled'),
-    numbers: !said('bare'),
+    axis: has('y') ? 'y' : 'x',
+    ghost: has('ghost'),
+    magnified: !has('true-size'),
+    arrows: ARROWS.filter((arrow) => !has(`-${arrow}`)),
+    filled: has('filled'),
+    numbers: !has('bare'),
   };
 }

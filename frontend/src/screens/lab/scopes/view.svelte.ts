@@ -111,8 +111,8 @@ class View extends TimeView {
   /** What is computed from the samples of the stream. */
   readonly computed: readonly Checked[] = $derived.by(() =>
     this.columns.flatMap((column) => {
-      const found = isMath(column) ? app.expressions.of(this.whose, column) : undefined;
-      return found && !found.problem ? [found] : [];
+      const channel = isMath(column) ? app.expressions.of(this.whose, column) : undefined;
+      return channel && !channel.problem ? [channel] : [];
     }),
   );
 
@@ -187,8 +187,8 @@ class View extends TimeView {
   }
 
   get window(): Range | null {
-    const found = app.mode === 'whatif' ? app.whatif.answer?.result.window : null;
-    return found ? { from: found.start, to: found.end } : null;
+    const window = app.mode === 'whatif' ? app.whatif.answer?.result.window : null;
+    return window ? { from: window.start, to: window.end } : null;
   }
 
   override get overview() {

@@ -60,8 +60,8 @@ export function questionText(why: Why, near: number | null = null): string {
 /** The smallest change that mends it, with what it reaches; why there is none. */
 export function mendText({ mend, goal, why_not }: Why): { head: string; rest: string } {
   const scale = scaleFor(goal, 'm');
-  const wanted = `${among(goal, scale)} ${scale.unit}`;
-  if (!mend) return { head: `Nothing found that reaches ${wanted}.`, rest: why_not };
+  const target = `${among(goal, scale)} ${scale.unit}`;
+  if (!mend) return { head: `Nothing found that reaches ${target}.`, rest: why_not };
   const times = mend.factor === null ? '' : ` × ${digits(mend.factor, 3)}`;
   const margins = [
     mend.gain_margin === null ? '' : `GM ${inDecibels(mend.gain_margin)} dB`,

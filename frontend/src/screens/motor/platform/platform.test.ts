@@ -32,17 +32,17 @@ describe('the body of a request', () => {
 
 describe('what the server took', () => {
   const shape = { thickness: 0.016, length: 0.46, E: 70e9 };
-  const found = {
+  const bent = {
     load: { forces: [400, 400, 400, 400], spacing_x: 0.24 },
     designs: { previous: { shape: { ...shape, thickness: 0.01 } }, new: { shape } },
   } as unknown as PlatformDocument;
 
   it('is found by the path of a field', () => {
-    expect(valueIn(found, 'load.force')).toBe(400);
-    expect(valueIn(found, 'load.spacing_x')).toBe(0.24);
-    expect(valueIn(found, 'previous.thickness')).toBe(0.01);
-    expect(valueIn(found, 'new.thickness')).toBe(0.016);
-    expect(valueIn(found, 'both.length')).toBe(0.46);
+    expect(valueIn(bent, 'load.force')).toBe(400);
+    expect(valueIn(bent, 'load.spacing_x')).toBe(0.24);
+    expect(valueIn(bent, 'previous.thickness')).toBe(0.01);
+    expect(valueIn(bent, 'new.thickness')).toBe(0.016);
+    expect(valueIn(bent, 'both.length')).toBe(0.46);
     expect(valueIn(null, 'both.length')).toBeNull();
   });
 

@@ -18,7 +18,7 @@ const choice: SharingChoice = {
 };
 const SET = { force: 20, overlap: 0.1 };
 
-const found = {
+const answer = {
   law: 'sine',
   controller: { tau: 0.008 },
   thrust: { mean: 20, peak_to_peak: 1, rms: 0.3, relative: 0.05 },
@@ -65,8 +65,8 @@ describe('requests', () => {
 
 describe('curves', () => {
   const runs: Run[] = [
-    { machine: 'new-design', law: 'sine', found },
-    { machine: 'previous-design', law: 'sine', found },
+    { machine: 'new-design', law: 'sine', answer },
+    { machine: 'previous-design', law: 'sine', answer },
   ];
 
   it('go over the share of the pole pitch and differ by more than colour', () => {
@@ -78,7 +78,7 @@ describe('curves', () => {
 
   it('tell laws apart by colour and by dash', () => {
     const [sine, cubic] = curvesOf(
-      [runs[0] as Run, { machine: 'new-design', law: 'cubic', found }],
+      [runs[0] as Run, { machine: 'new-design', law: 'cubic', answer }],
       'thrust',
     );
     expect(sine?.ink).not.toBe(cubic?.ink);
@@ -87,8 +87,8 @@ describe('curves', () => {
 
   it('know where there is no ripple to see', () => {
     expect(smooth(runs)).toBe(false);
-    const flat = { ...found, thrust: { ...found.thrust, peak_to_peak: 0.004 } };
-    expect(smooth([{ machine: 'new-design', law: 'sine', found: flat }])).toBe(true);
+    const flat = { ...answer, thrust: { ...answer.thrust, peak_to_peak: 0.004 } };
+    expect(smooth([{ machine: 'new-design', law: 'sine', answer: flat }])).toBe(true);
   });
 
   it('have one machine named once', () => {
@@ -106,7 +106,7 @@ describe('curves', () => {
 
 it('ripple is in per cent of the mean', () => {
   const row = ROWS.find(({ name }) => name === 'ripple/mean');
-  expect(row?.value(found)).toBeCloseTo(5);
+  expect(row?.value(answer)).toBeCloseTo(5);
 });
 
 it('writes a row with the same decimals throughout', () => {

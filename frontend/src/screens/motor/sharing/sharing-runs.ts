@@ -20,8 +20,8 @@ export const LAWS = Object.keys(STROKES) as Law[];
 
 /** Name and description of a law. */
 export function lawText(law: Law): { name: string; title: string } {
-  const found = choicesOf('variants.A.controller.sharing.law').find(({ value }) => value === law);
-  return { name: found?.label ?? law, title: found?.description ?? '' };
+  const choice = choicesOf('variants.A.controller.sharing.law').find(({ value }) => value === law);
+  return { name: choice?.label ?? law, title: choice?.description ?? '' };
 }
 
 /** What the controller believes: the machine's own map, or the analytic one fitted to it. */
@@ -36,7 +36,7 @@ export interface SharingChoice {
 export interface Run {
   machine: string;
   law: Law;
-  found: SharingDocument;
+  answer: SharingDocument;
 }
 
 /** Of each machine. */
@@ -71,7 +71,7 @@ type Quantity = 'thrust' | 'reachable' | 'squared_current' | 'normal_force';
 /** Whether no law leaves a ripple that could be seen: what is asked is what the plant gives. */
 export function smooth(runs: readonly Run[]): boolean {
   return runs.every(
-    ({ found: { thrust } }) => thrust.peak_to_peak <= NEGLIGIBLE * Math.abs(thrust.mean),
+    ({ answer: { thrust } }) => thrust.peak_to_peak <= NEGLIGIBLE * Math.abs(thrust.mean),
   );
 }
 
@@ -83,7 +83,7 @@ export function curvesOf(runs: readonly Run[], quantity: Quantity): Series[] {
     return {
       name: nameOf(run, machines),
       x: places(run),
-      y: run.found.curves[quantity],
+      y: run.answer.curves[quantity],
       ...STROKES[run.law],
       width: WIDTHS[k % WIDTHS.length] ?? 1.2,
     };
@@ -95,14 +95,14 @@ export function phasesOf(run: Run, quantity: 'current' | 'phase_thrust'): Series
   return PHASES.map((phase, k) => ({
     name: phase,
     x: places(run),
-    y: run.found.curves[quantity][k] ?? [],
+    y: run.answer.curves[quantity][k] ?? [],
     ink: `phase-${phase}` as const,
     dash: PHASE_DASHES[k] ?? 'solid',
   }));
 }
 
-function places({ found }: Run): number[] {
-  return found.curves.position.map((position) => position / found.controller.tau);
+function places({ answer }: Run): number[] {
+  return answer.curves.position.map((position) => position / answer.controller.tau);
 }
 
 /** Writes the numbers of a row with as many decimals as its largest takes for four digits. */
@@ -120,7 +120,7 @@ export interface Row {
   name: string;
   title: string;
   unit: string;
-  value: (found: SharingDocument) => number | null;
+  value: (answer: SharingDocument) => number | null;
 }
 
 /** What runs are compared by. */

@@ -59,7 +59,7 @@ class Sharing extends InstantForm<readonly Run[]> {
     if (choice.belief === 'fit') await this.fit(choice.machines);
     const runs: Run[] = [];
     for (const { machine, law, body } of requests(choice, this.entered as Numbers, this.fits)) {
-      runs.push({ machine, law, found: await app.api.shareForce(body) });
+      runs.push({ machine, law, answer: await app.api.shareForce(body) });
       if (this.superseded) return null;
     }
     return runs;

@@ -14,9 +14,9 @@ function isReading(value: unknown): value is Reading {
 
 const readingsOf = (table: object): Reading[] => Object.values(table).filter(isReading);
 
-export function sectionsOf(found: DesignDocument, direction: Direction): Section[] {
-  if (direction === 'requirements') return [{ title: '', readings: readingsOf(found.sizing) }];
-  const { rating } = found;
+export function sectionsOf(design: DesignDocument, direction: Direction): Section[] {
+  if (direction === 'requirements') return [{ title: '', readings: readingsOf(design.sizing) }];
+  const { rating } = design;
   if (!rating) return [];
   return [
     { title: 'Axis x', readings: readingsOf(rating.x) },

@@ -92,31 +92,31 @@ export function bodyOf(how: How): Body {
 
 /** Reads what `bodyOf` has written into an address; what is none is as when nothing was said. */
 export function howOf(text: string): How {
-  let said: unknown;
+  let table: unknown;
   try {
-    said = JSON.parse(text);
+    table = JSON.parse(text);
   } catch {
     return EXACT;
   }
-  if (!isTable(said)) return EXACT;
-  const rules = Object.entries(tableOf(said.channels)).map(([pattern, rule]) => {
+  if (!isTable(table)) return EXACT;
+  const rules = Object.entries(tableOf(table.channels)).map(([pattern, rule]) => {
     const { interpolation } = tableOf(rule);
     return [
       pattern,
       { ...toleranceOf(rule), interpolation: choice(INTERPOLATIONS, interpolation) },
     ];
   });
-  const only = Array.isArray(said.only) ? said.only : [];
-  const variants = Object.entries(tableOf(said.variants)).filter((pair): pair is Letters =>
+  const only = Array.isArray(table.only) ? table.only : [];
+  const variants = Object.entries(tableOf(table.variants)).filter((pair): pair is Letters =>
     pair.every((letter) => typeof letter === 'string' && /^[A-Z]$/.test(letter)),
   );
   return {
-    align: choice(ALIGNS, said.align),
-    offset: numberOf(said.offset),
-    samples: choice(SAMPLES, said.samples),
-    start: timeOf(said.start),
-    end: timeOf(said.end),
-    tolerance: toleranceOf(said.tolerance),
+    align: choice(ALIGNS, table.align),
+    offset: numberOf(table.offset),
+    samples: choice(SAMPLES, table.samples),
+    start: timeOf(table.start),
+    end: timeOf(table.end),
+    tolerance: toleranceOf(table.tolerance),
     rules: Object.fromEntries(rules) as How['rules'],
     only: only.filter((each): each is string => typeof each === 'string'),
     variants: Object.fromEntries(variants),

@@ -115,7 +115,7 @@ const CHANNEL: ChannelComparison = {
 };
 const channel = (rest: Partial<ChannelComparison>): ChannelComparison => ({ ...CHANNEL, ...rest });
 const none = { largest: null, at: null, beyond: null, rms: null };
-const said = (channels: ChannelComparison[], note = ''): Comparison => {
+const comparisonOf = (channels: ChannelComparison[], note = ''): Comparison => {
   const within = channels.filter(({ verdict }) => verdict === 'within').length;
   return { channels, within, holds: within === channels.length, note } as Comparison;
 };
@@ -123,18 +123,20 @@ const said = (channels: ChannelComparison[], note = ''): Comparison => {
 it('what was not compared never looks like a pass', () => {
   const missing = channel({ name: 'a', verdict: 'missing', candidate_unit: null, ...none });
   const out = channel({ name: 'b', verdict: 'out-of-tolerance', beyond: 0.0001 });
-  expect(headlineOf(said([CHANNEL]))).toEqual({
+  expect(headlineOf(comparisonOf([CHANNEL]))).toEqual({
     text: 'All 1 channels hold',
     rest: '',
     holds: true,
   });
-  const all = headlineOf(said([CHANNEL, missing, out]));
+  const all = headlineOf(comparisonOf([CHANNEL, missing, out]));
   expect(all).toEqual({
     text: '1 of 3 channels hold',
     rest: '1 beyond tolerance, 1 not compared',
     holds: false,
   });
-  expect(headlineOf(said([missing], 'paths differ')).text).toBe('Nothing could be compared');
+  expect(headlineOf(comparisonOf([missing], 'paths differ')).text).toBe(
+    'Nothing could be compared',
+  );
   expect(countsOf([CHANNEL, missing, out]).map(([verdict]) => verdict)).toEqual([
     'out-of-tolerance',
     'missing',
@@ -171,10 +173,10 @@ it('figures are short, and exact in the file', () => {
   const place = { time: 1.5, candidate_time: 1.5 };
   expect(placeText({ ...place, lap: null, arc: null })).toBe('1.5000 s');
   expect(placeText({ ...place, lap: 1, arc: 0.0125 })).toBe('lap 2, 12.50 mm');
-  expect(csvOf(said([channel({ name: 'a "b", c' })])).split('\n')[1]).toBe(
+  expect(csvOf(comparisonOf([channel({ name: 'a "b", c' })])).split('\n')[1]).toBe(
     '"a ""b"", c",N,within,0,0,0,linear,-0.5,1.5,1.5,,,0,0.1,10,0',
   );
-  expect(csvOf(said([channel({ name: '=1+1', unit: '@V' })])).split('\n')[1]).toMatch(
+  expect(csvOf(comparisonOf([channel({ name: '=1+1', unit: '@V' })])).split('\n')[1]).toMatch(
     /^'=1\+1,'@V,within,/,
   );
 });
@@ -200,9 +202,9 @@ it('what was set differently is said with what cannot be known', () => {
     ({ kind: 'simulation', events: [], version: '1', model: 'm', ...rest }) as unknown as RunDetail;
   const one = detail({ scenario_document: { seed: 1 } });
   const two = detail({ scenario_document: { seed: 2 }, version: '2', events: [{ kind: 'push' }] });
-  const found = setDifferently(one, two);
-  expect(found.fields).toHaveLength(1);
-  expect(found.notes).toEqual(['while 2 ran: pushes: 1', 'version 1 → 2']);
+  const differences = setDifferently(one, two);
+  expect(differences.fields).toHaveLength(1);
+  expect(differences.notes).toEqual(['while 2 ran: pushes: 1', 'version 1 → 2']);
   const measured = detail({ kind: 'measurement', scenario_document: null });
   expect(setDifferently(one, measured).notes).toEqual(['2 is measured, without a scenario']);
 });

@@ -114,10 +114,10 @@ export class ComparisonCurves {
     const part = range ? { from: range.from, to: range.to } : {};
     try {
       const body = { a, b, ...bodyOf(this.how), channel: this.channel, points: POINTS, ...part };
-      const found = ComparisonWindow.read(await compareWindow(body));
-      if (!range) this.whole = found;
+      const window = ComparisonWindow.read(await compareWindow(body));
+      if (!range) this.whole = window;
       // What was asked for meanwhile comes next.
-      if ((range === null) === (this.range === null)) this.shown = found;
+      if ((range === null) === (this.range === null)) this.shown = window;
       this.problem = '';
     } catch (error) {
       this.problem = errorText(error);

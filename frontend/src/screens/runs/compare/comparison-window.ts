@@ -84,12 +84,12 @@ export class ComparisonWindow {
   /** Bins [from, to) one after the other in which something is beyond the tolerance. */
   excursions(): Range[] {
     const { maximum } = this.curve('beyond');
-    const found: Range[] = [];
+    const ranges: Range[] = [];
     for (let i = 0; i < maximum.length; i++) {
       const from = i;
       while (i < maximum.length && maximum[i] === 1) i++;
-      if (i > from) found.push({ from, to: i });
+      if (i > from) ranges.push({ from, to: i });
     }
-    return found;
+    return ranges;
   }
 }

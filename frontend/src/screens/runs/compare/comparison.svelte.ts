@@ -74,10 +74,10 @@ class ComparisonOfTwo {
 
   /** Takes what the address says. */
   readAddress(): void {
-    const said = fromAddress('compare');
-    this.opened = said !== null;
-    if (said === null) return;
-    this.how = howOf(said);
+    const address = fromAddress('compare');
+    this.opened = address !== null;
+    if (address === null) return;
+    this.how = howOf(address);
     this.chosenFor = pairText();
     this.channel = fromAddress('channel') ?? this.channel;
   }
@@ -138,15 +138,15 @@ class ComparisonOfTwo {
   }
 
   private async read({ a, b, how }: Question): Promise<void> {
-    const asked = () => this.pair?.[0] === a && this.pair[1] === b;
+    const current = () => this.pair?.[0] === a && this.pair[1] === b;
     try {
       // Kept also of runs whose comparison is refused; that refusal may come first, and these
       // details once another pair is compared.
       const details = Promise.all([this.detail(a), this.detail(b)]).then((both) => {
-        if (asked()) this.details = both;
+        if (current()) this.details = both;
       });
       const [answer] = await Promise.all([compareRuns({ a, b, ...bodyOf(how) }), details]);
-      if (!asked()) return;
+      if (!current()) return;
       this.answer = answer;
       this.answered = `${a} ${b}`;
       this.problem = '';
@@ -154,7 +154,7 @@ class ComparisonOfTwo {
       if (!answer.channels.some(({ verdict }) => verdict === this.verdict)) this.verdict = '';
       this.chooseChannel(answer);
     } catch (error) {
-      if (!asked()) return;
+      if (!current()) return;
       // Verdicts of other runs or another question are none of this one.
       this.answer = null;
       this.fieldProblems = problemsOf(error);
@@ -164,9 +164,9 @@ class ComparisonOfTwo {
 
   private async detail(id: string): Promise<RunDetail> {
     const known = this.details.find((each) => each.id === id && each.state !== 'recording');
-    const found = known ?? (await getRun(id));
-    if (!runs.selected.some((each) => each.id === id)) runs.note(found);
-    return found;
+    const run = known ?? (await getRun(id));
+    if (!runs.selected.some((each) => each.id === id)) runs.note(run);
+    return run;
   }
 
   /** Shows a channel that can be drawn, if the present one is none. */

@@ -14,23 +14,23 @@ import {
   type Problems,
 } from './import-text';
 
-type Said = Pick<ImportQuery, 'delimiter' | 'decimal' | 'rate' | 'resample'>;
+type ImportOptions = Pick<ImportQuery, 'delimiter' | 'decimal' | 'rate' | 'resample'>;
 
 class ImportForm {
   file = $state.raw<File | null>(null);
   name = $state('');
-  said = $state.raw<Said>({});
+  options = $state.raw<ImportOptions>({});
   corrections = $state.raw<Corrections>({});
   /** How the file is read, as far as the last answer without a refusal. */
-  found = $state.raw<ImportDocument | null>(null);
+  preview = $state.raw<ImportDocument | null>(null);
   problems = $state.raw<Problems>(FINE);
   busy = $state(false);
-  private readonly questions = new LatestWins<File>((file) => this.preview(file));
+  private readonly questions = new LatestWins<File>((file) => this.readPreview(file));
 
   readonly ready = $derived(
-    this.found !== null &&
+    this.preview !== null &&
       !this.busy &&
-      this.found.problems.length === 0 &&
+      this.preview.problems.length === 0 &&
       this.problems.file === '' &&
       Object.keys({ ...this.problems.fields, ...this.problems.columns }).length === 0,
   );
@@ -38,9 +38,9 @@ class ImportForm {
   open(file: File): void {
     this.file = file;
     this.name = file.name.slice(0, 80);
-    this.said = {};
+    this.options = {};
     this.corrections = {};
-    this.found = null;
+    this.preview = null;
     this.problems = FINE;
     this.ask();
   }
@@ -49,8 +49,8 @@ class ImportForm {
     this.file = null;
   }
 
-  say(some: Said): void {
-    this.said = { ...this.said, ...some };
+  say(some: ImportOptions): void {
+    this.options = { ...this.options, ...some };
     this.ask();
   }
 
@@ -82,10 +82,10 @@ class ImportForm {
   }
 
   private query(more: ImportQuery): ImportQuery {
-    const said = Object.entries(this.said).filter(
+    const options = Object.entries(this.options).filter(
       ([, value]) => value !== undefined && value !== '',
     );
-    return { ...Object.fromEntries(said), map: mapOf(this.corrections), ...more };
+    return { ...Object.fromEntries(options), map: mapOf(this.corrections), ...more };
   }
 
   private ask(): void {
@@ -94,11 +94,11 @@ class ImportForm {
     this.questions.push(this.file);
   }
 
-  private async preview(file: File): Promise<void> {
+  private async readPreview(file: File): Promise<void> {
     const { corrections } = this;
     try {
-      const found = await importRun(file, this.query({ preview: true }));
-      if (file === this.file) [this.found, this.problems] = [found, FINE];
+      const preview = await importRun(file, this.query({ preview: true }));
+      if (file === this.file) [this.preview, this.problems] = [preview, FINE];
     } catch (error) {
       if (file === this.file) this.problems = problemsOf(error, corrections);
     }

@@ -16,7 +16,7 @@ it('corrections are as the server takes them', () => {
 it('what is wrong stands where it is to be corrected', () => {
   const refused = (...errors: object[]) =>
     new ApiError({ title: '', status: 422, detail: '', errors: errors as never });
-  const found = problemsOf(
+  const problems = problemsOf(
     refused(
       {
         loc: 'file',
@@ -28,9 +28,9 @@ it('what is wrong stands where it is to be corrected', () => {
     ),
     CORRECTIONS,
   );
-  expect(found.file).toBe("Line 4, column 'x': is no finite number (decimal point): “1,5”.");
-  expect(found.columns).toEqual({ Temp: 'Has another unit. Allowed: a unit of x.' });
-  expect(found.fields).toEqual({ rate: 'Is out of range.' });
+  expect(problems.file).toBe("Line 4, column 'x': is no finite number (decimal point): “1,5”.");
+  expect(problems.columns).toEqual({ Temp: 'Has another unit. Allowed: a unit of x.' });
+  expect(problems.fields).toEqual({ rate: 'Is out of range.' });
   expect(problemsOf(new Error('lost'), {}).file).toBe('lost');
 });
 

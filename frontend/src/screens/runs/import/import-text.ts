@@ -58,11 +58,11 @@ export function problemsOf(error: unknown, corrections: Corrections): Problems {
 }
 
 function sentence({ loc, message, value, range }: ProblemField): string {
-  const found = loc === 'file' && typeof value === 'string' ? ` “${value}”` : '';
+  const quote = loc === 'file' && typeof value === 'string' ? ` “${value}”` : '';
   const allowed = range ? ` Allowed: ${pretty(range)}.` : '';
   const text = pretty(message).replace(/\.$/, '');
   const end = text.endsWith('?') ? '' : '.';
-  return `${text.charAt(0).toUpperCase()}${text.slice(1)}${found && `: ${found.trim()}`}${end}${allowed}`;
+  return `${text.charAt(0).toUpperCase()}${text.slice(1)}${quote && `: ${quote.trim()}`}${end}${allowed}`;
 }
 
 /** How the file is written: `csv, semicolon, decimal comma, numbers from line 2`. */
@@ -76,21 +76,21 @@ export function formText({ format, text, rows }: ImportDocument): string {
 }
 
 /** Findings: what was noticed, computed or left out. `grave` ones have to be corrected. */
-export function findingsOf(found: ImportDocument): { text: string; grave: boolean }[] {
-  const { rate, duration, jitter, resampled } = found;
+export function findingsOf(preview: ImportDocument): { text: string; grave: boolean }[] {
+  const { rate, duration, jitter, resampled } = preview;
   const plain = (text: string) => ({ text, grave: false });
   const times =
     rate === null || duration === null
       ? []
       : [
           plain(
-            `${trim(rate, 6)} Hz from ${found.rate_from}, ${trim(duration, 4)} s` +
+            `${trim(rate, 6)} Hz from ${preview.rate_from}, ${trim(duration, 4)} s` +
               (jitter !== null && jitter > NOTICED
                 ? `, times up to ${digits(1e6 * jitter)} µs off equal steps`
                 : ''),
           ),
         ];
-  const gaps = found.gaps
+  const gaps = preview.gaps
     .slice(0, SHOWN)
     .map(({ start, end, samples, place }) =>
       plain(
@@ -98,22 +98,22 @@ export function findingsOf(found: ImportDocument): { text: string; grave: boolea
           `${trim(start, 5)} to ${trim(end, 5)} s`,
       ),
     );
-  const more = found.gap_count - gaps.length;
-  const missing = found.columns
+  const more = preview.gap_count - gaps.length;
+  const missing = preview.columns
     .filter((column) => column.missing > 0)
     .map(({ column, missing: count, missing_at: place }) =>
       plain(`${column}: ${count} empty, the first at ${place}`),
     );
   return [
-    ...found.problems.map((text) => ({ text: pretty(text), grave: true })),
+    ...preview.problems.map((text) => ({ text: pretty(text), grave: true })),
     ...times,
     ...(resampled === null ? [] : [plain(`interpolated, the file has ${trim(resampled, 6)} Hz`)]),
     ...gaps,
-    ...(more > 0 ? [plain(`${more} more gaps, ${found.missing} samples in all`)] : []),
+    ...(more > 0 ? [plain(`${more} more gaps, ${preview.missing} samples in all`)] : []),
     ...missing,
-    ...found.derived.map((name) => plain(`${name} is computed`)),
-    ...found.notes.map((note) => plain(pretty(note))),
-    ...Object.entries(found.ignored).map(([name, why]) => plain(`${name} is not read: ${why}`)),
+    ...preview.derived.map((name) => plain(`${name} is computed`)),
+    ...preview.notes.map((note) => plain(pretty(note))),
+    ...Object.entries(preview.ignored).map(([name, why]) => plain(`${name} is not read: ${why}`)),
   ];
 }
 
@@ -134,8 +134,8 @@ export function firstText({ first }: ImportedColumn): string {
 }
 
 /** Units that a column can have, and which of them is its present one: `um` where it says `µm`. */
-export function unitsOf(found: ImportDocument, channel: string, unit: string) {
-  const known = found.units[found.channels[channel] ?? ''] ?? [];
+export function unitsOf(preview: ImportDocument, channel: string, unit: string) {
+  const known = preview.units[preview.channels[channel] ?? ''] ?? [];
   const same = known.find((each) => pretty(each) === pretty(unit));
   const units = same !== undefined || unit === '' ? [...known] : [unit, ...known];
   return { units, unit: same ?? unit };

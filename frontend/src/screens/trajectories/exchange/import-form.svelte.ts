@@ -10,11 +10,11 @@ import { isEdited, isWords, type Refusal, refusalOf, textOf } from './import-tex
 /** Longer files are not shown in the box, characters. */
 const SHOWN = 200_000;
 
-export type Said = Required<
+export type ImportOptions = Required<
   Pick<ReadQuery, 'format' | 'unit' | 'scale' | 'tolerance' | 'placement' | 'height' | 'samples'>
 >;
 
-const NOTHING_SAID: Said = {
+const NO_OPTIONS: ImportOptions = {
   format: 'auto',
   unit: 'mm',
   scale: 1,
@@ -29,15 +29,15 @@ interface Question {
   /** The file as it is, until its text is changed. */
   file: Blob | null;
   name: string;
-  said: Said;
+  options: ImportOptions;
   stroke: Point;
 }
 
 class ImportForm {
   name = $state('');
   content = $state.raw('');
-  said = $state.raw<Said>(NOTHING_SAID);
-  found = $state.raw<ReadFile | null>(null);
+  options = $state.raw<ImportOptions>(NO_OPTIONS);
+  imported = $state.raw<ReadFile | null>(null);
   checked = $state.raw<Checked | null>(null);
   refusal = $state.raw<Refusal | null>(null);
   busy = $state(false);
@@ -47,7 +47,7 @@ class ImportForm {
   private readonly questions = new LatestWins<Question>((question) => this.preview(question));
 
   readonly shown = $derived(this.content.length <= SHOWN);
-  readonly ready = $derived(this.found !== null && this.refusal === null && !this.busy);
+  readonly ready = $derived(this.imported !== null && this.refusal === null && !this.busy);
 
   /** Begins anew with a file. */
   async openFile(file: File): Promise<void> {
@@ -73,15 +73,15 @@ class ImportForm {
     this.ask();
   }
 
-  say(some: Partial<Said>): void {
-    this.said = { ...this.said, ...some };
+  say(some: Partial<ImportOptions>): void {
+    this.options = { ...this.options, ...some };
     this.ask();
   }
 
   /** Makes it the path of the editor, which can be undone; returns whether it did. */
   take(): boolean {
-    if (!this.found || !this.ready) return false;
-    editor.set(this.found.trajectory as typeof editor.table);
+    if (!this.imported || !this.ready) return false;
+    editor.set(this.imported.trajectory as typeof editor.table);
     editor.selected = null;
     const stem = this.name
       .replace(/\.[^.]*$/, '')
@@ -96,34 +96,34 @@ class ImportForm {
   private begin(name: string, content: string, file: Blob | null): void {
     [this.name, this.content, this.file] = [name, content, file];
     // Units and size of one file say nothing of the next; where it is to lie may well.
-    this.said = { ...NOTHING_SAID, placement: this.said.placement };
-    [this.found, this.checked, this.refusal] = [null, null, null];
+    this.options = { ...NO_OPTIONS, placement: this.options.placement };
+    [this.imported, this.checked, this.refusal] = [null, null, null];
     this.ask();
   }
 
   private ask(): void {
     if (this.content.trim() === '') {
-      [this.found, this.checked, this.refusal] = [null, null, null];
+      [this.imported, this.checked, this.refusal] = [null, null, null];
       return;
     }
     this.busy = true;
-    const { content, file, name, said, stroke } = this;
-    this.questions.push({ content, file, name, said, stroke });
+    const { content, file, name, options, stroke } = this;
+    this.questions.push({ content, file, name, options, stroke });
   }
 
   private async preview(question: Question): Promise<void> {
-    const { content, file, name, said, stroke } = question;
+    const { content, file, name, options, stroke } = question;
     try {
-      const found = await readFile(file ?? new Blob([content]), {
-        ...said,
-        format: said.format === 'auto' && isWords(content) ? 'text' : said.format,
+      const imported = await readFile(file ?? new Blob([content]), {
+        ...options,
+        format: options.format === 'auto' && isWords(content) ? 'text' : options.format,
         filename: name.slice(-200),
         stroke_x: stroke[0],
         stroke_y: stroke[1],
       });
-      const checked = await editor.examine(found.trajectory as typeof editor.table);
+      const checked = await editor.examine(imported.trajectory as typeof editor.table);
       if (content === this.content) {
-        [this.found, this.checked, this.refusal] = [found, checked, null];
+        [this.imported, this.checked, this.refusal] = [imported, checked, null];
       }
     } catch (error) {
       if (content === this.content) this.refusal = refusalOf(error, content);

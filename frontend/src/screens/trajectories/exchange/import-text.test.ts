@@ -12,8 +12,8 @@ function refused(some: Partial<ProblemField>): ApiError {
 
 describe('a refusal', () => {
   it('names the line and shows it', () => {
-    const found = refusalOf(refused({ value: 'Q7' }), 'G1 X1\r\n  G2 X20 Q7\r\nG1 Y1');
-    expect(found).toEqual({
+    const refusal = refusalOf(refused({ value: 'Q7' }), 'G1 X1\r\n  G2 X20 Q7\r\nG1 Y1');
+    expect(refusal).toEqual({
       line: 2,
       text: 'Line 2 is no word that is understood: “Q7”.',
       source: 'G2 X20 Q7',
@@ -21,12 +21,12 @@ describe('a refusal', () => {
   });
 
   it('of an option has its value and what is allowed', () => {
-    const found = refusalOf(
+    const refusal = refusalOf(
       refused({ loc: 'placement', message: 'is too far', value: 2, range: '<= 1', unit: 'm' }),
       '0,0',
     );
-    expect(found.line).toBeNull();
-    expect(found.text).toBe('Placement is too far: 2.000 m. Allowed: ≤ 1 m.');
+    expect(refusal.line).toBeNull();
+    expect(refusal.text).toBe('Placement is too far: 2.000 m. Allowed: ≤ 1 m.');
   });
 
   it('of something else is shown unchanged', () => {
@@ -46,7 +46,7 @@ it('what was read is described by size, place and feed', () => {
     duration: 9,
     extent: { x: [-0.01, 0.015], y: [-0.01, 0.01] },
   } as unknown as Checked;
-  const found = {
+  const imported = {
     trajectory,
     format: 'gcode',
     read: '6 lines of G-code',
@@ -57,7 +57,7 @@ it('what was read is described by size, place and feed', () => {
     deviation: 4e-12,
     notes: [],
   } as unknown as Parameters<typeof factsOf>[0];
-  const facts = new Map(factsOf(found, checked).map(({ name, value }) => [name, value]));
+  const facts = new Map(factsOf(imported, checked).map(({ name, value }) => [name, value]));
   expect(facts.get('timing')).toBe('feed 10.0 mm/s');
   expect(facts.get('extent')).toBe('25.0 by 20.0 mm');
   expect(facts.get('place')).toBe('x −10.0 to 15.0, y −10.0 to 10.0 mm');
@@ -67,13 +67,15 @@ it('what was read is described by size, place and feed', () => {
     { kind: 'path', v_max: 0.02 },
     { kind: 'dwell', duration: 0.5 },
   ];
-  const sequence = { ...found, trajectory: { kind: 'sequence', parts } } as typeof found;
+  const sequence = { ...imported, trajectory: { kind: 'sequence', parts } } as typeof imported;
   expect(factsOf(sequence, null).at(-1)?.value).toBe('feed 20.0 mm/s, 1 dwell');
-  const samples = { ...found, trajectory: { kind: 'samples' }, read: '3 samples over 2 s' };
-  expect(factsOf(samples as typeof found, null).map(({ name, value }) => [name, value])).toEqual([
-    ['read', '3 samples over 2 s'],
-    ['timing', 'of the file, from rest'],
-  ]);
+  const samples = { ...imported, trajectory: { kind: 'samples' }, read: '3 samples over 2 s' };
+  expect(factsOf(samples as typeof imported, null).map(({ name, value }) => [name, value])).toEqual(
+    [
+      ['read', '3 samples over 2 s'],
+      ['timing', 'of the file, from rest'],
+    ],
+  );
 });
 
 it('tells a text that was changed from another one', () => {

@@ -76,8 +76,9 @@ export interface Fact {
 }
 
 /** What a file has become: size, place and timing. */
-export function factsOf(found: ReadFile, checked: Checked | null): Fact[] {
-  const facts: Fact[] = found.trajectory.kind === 'samples' ? sampleFacts(found) : pathFacts(found);
+export function factsOf(imported: ReadFile, checked: Checked | null): Fact[] {
+  const facts: Fact[] =
+    imported.trajectory.kind === 'samples' ? sampleFacts(imported) : pathFacts(imported);
   if (!checked) return facts;
   return [
     ...facts,
@@ -99,20 +100,20 @@ function sampleFacts({ read }: ReadFile): Fact[] {
   ];
 }
 
-function pathFacts(found: ReadFile): Fact[] {
+function pathFacts(imported: ReadFile): Fact[] {
   return [
-    { name: 'read', value: readText(found), title: 'What the file has' },
+    { name: 'read', value: readText(imported), title: 'What the file has' },
     {
       name: 'path',
-      value: `${count(found.points, 'point')}, ${count(found.corners, 'corner')}`,
+      value: `${count(imported.points, 'point')}, ${count(imported.corners, 'corner')}`,
       title: 'The path stops at its corners',
     },
     {
       name: 'distance',
-      value: found.deviation < 1e-9 ? 'below 1 nm' : withUnit(found.deviation, 'm'),
+      value: imported.deviation < 1e-9 ? 'below 1 nm' : withUnit(imported.deviation, 'm'),
       title: 'Largest distance of the path from the file',
     },
-    { name: 'timing', value: timingText(found.trajectory), title: 'Of the motion profile' },
+    { name: 'timing', value: timingText(imported.trajectory), title: 'Of the motion profile' },
   ];
 }
 
