@@ -1,6 +1,5 @@
 /** The application store: scenario, session and what-if changes, and what all screens do with them. */
 
-import { TokenPrompt } from './api/access-token.svelte';
 import { Api, ApiError, UNREACHABLE } from './api/client';
 import { difference, ofTrajectory, withChanges } from './api/scenario-paths';
 import type { Changes, Metrics, Scenario, Value } from './api/types';
@@ -8,18 +7,16 @@ import { Catalogue } from './catalogue.svelte';
 import { DriveLink } from './drive/drive-link.svelte';
 import { commandText, errorText, fileErrorText } from './error-text';
 import { Expressions } from './expressions/expressions.svelte';
-import { needsRestart } from './fields/fields.svelte';
-import { Refusals } from './fields/refusals.svelte';
-import { messages, type Action } from './messages.svelte';
-import { LiveMetrics } from './session/live-metrics.svelte';
+import { needsRestart, Refusals } from './fields/fields.svelte';
+import { type Action, messages } from './messages.svelte';
+import { LiveChanges, LiveMetrics } from './session/live-changes.svelte';
 import { Draft } from './session/draft.svelte';
 import { type GivenPath, keptSessions, pathName, recall, withPath } from './session/kept-sessions';
-import { LiveChanges } from './session/live-changes.svelte';
 import {
   carriedGains,
   lostPaths,
-  replacedText,
   type ReplacedSession,
+  replacedText,
 } from './session/replaced-session';
 import { screen } from './screen.svelte';
 import { SessionStore } from './session/session.svelte';
@@ -353,6 +350,34 @@ export class Store {
     this.undo.clear();
     this.metrics.clear(earlier);
     await this.catalogue.loadShipped(this.session.info?.scenario.name ?? '');
+  }
+}
+
+export class TokenPrompt {
+  needed = $state(false);
+  /** Whether this server has browsers log in at all. */
+  required = $state(false);
+  private waiting: (() => void)[] = [];
+
+  constructor(private readonly api: Api) {
+    api.onUnauthorized = () =>
+      new Promise((resolve) => {
+        this.needed = true;
+        this.waiting.push(resolve);
+      });
+  }
+
+  async give(token: string): Promise<void> {
+    await this.api.login(token);
+    this.needed = false;
+    this.waiting.forEach((go) => go());
+    this.waiting = [];
+  }
+
+  /** Ends the log-in; the page, loaded anew, asks for the token. */
+  async end(): Promise<void> {
+    await this.api.logout();
+    location.reload();
   }
 }
 

@@ -10,7 +10,7 @@ import { Plane } from './plane';
 import { type Range, roundStep } from './range';
 import type { SampleSource } from './source';
 import type { PathUnderlay } from './run-overlay';
-import { looksOf } from './variant-looks';
+import { looksOf } from './palette';
 
 const MARGIN = 0.04;
 /** The largest error is drawn about this long, as a share of the path's size. */

@@ -9,7 +9,7 @@ import type { SampleSource } from './source';
 import { SourceCurve } from './source-curve';
 import type { Trace, Traces } from './scope-chart';
 import type { Dash, Look } from './types';
-import { looksOf } from './variant-looks';
+import { looksOf } from './palette';
 
 export interface Underlay {
   /** Changes whenever there is something new to draw; no two share one. */

@@ -5,7 +5,7 @@ import { type Channel, differenceOf } from './source';
 import { type ScopeSpec, scopeWith } from './scope-layout';
 import type { Trace, Traces } from './scope-chart';
 import type { Dash, Look } from './types';
-import { looksOf } from './variant-looks';
+import { looksOf } from './palette';
 
 type Axis = 'x' | 'y';
 

@@ -2,7 +2,8 @@
 
 import { clean, digits, minus, pretty, prettyUnit } from '../../ui/units';
 import type { FieldEntry, ProblemField, Scenario, ScenarioFields, Value } from '../api/types';
-import { at } from '../api/scenario-paths';
+import { at, without } from '../api/scenario-paths';
+import { messages } from '../messages.svelte';
 
 export type Entries = Readonly<Record<string, FieldEntry>>;
 
@@ -156,4 +157,28 @@ export function lawName(scenario: Scenario | null, variant: string): string {
   const name = show(`${compensation}.law`, law);
   const off = law !== 'off' && at(scenario, `${compensation}.enabled`) === false;
   return off ? `${name}, switched off` : name;
+}
+
+export class Refusals {
+  /** Messages of values that the server refused. */
+  problems = $state.raw<Record<string, string>>({});
+  /** What stands in fields and is no number; empty while it is typed. */
+  mistyped = $state.raw<Record<string, string>>({});
+
+  /** Takes what the server says of fields; what names none becomes a message. */
+  take(fields: readonly ProblemField[], detail: string): void {
+    this.problems = Object.fromEntries(fields.map((field) => [field.loc, refusal(field)]));
+    if (fields.length === 0 && detail !== '') messages.error(detail);
+  }
+
+  /** Forgets what was said of values that are being replaced, or of all. */
+  clear(paths?: readonly string[]): void {
+    this.problems = paths ? without(this.problems, paths) : {};
+  }
+
+  /** Takes what stands in a field in place of its value; null when it is gone. */
+  mistype(path: string, text: string | null): void {
+    const others = without(this.mistyped, [path]);
+    this.mistyped = text === null ? others : { ...others, [path]: text };
+  }
 }

@@ -1,6 +1,6 @@
 import { expect, it } from 'vitest';
 import { StillSource } from '../../plot/source';
-import { SeenCurves } from './seen-curves';
+import { SeenCurves } from './run-range';
 
 const curves = (start: number, step: number, count: number) =>
   new StillSource(start, step, count, new Map());

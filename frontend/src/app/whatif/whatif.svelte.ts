@@ -5,8 +5,7 @@ import { ApiError, type Api } from '../api/client';
 import type { Changes, ProblemField, Scenario } from '../api/types';
 import { errorText } from '../error-text';
 import { LatestWins } from '../latest-wins';
-import { within } from '../runs/run-range';
-import { SeenCurves } from '../runs/seen-curves';
+import { within, SeenCurves } from '../runs/run-range';
 import { Backoff } from '../stream/stream-client';
 import { type Preview, readAnswer } from '../api/curves-answer';
 

@@ -1,8 +1,7 @@
 /** Margins as text, and whether they hold their limits. */
 
 import { digits } from '../../ui/units';
-import type { LoopFigures } from './loops.svelte';
-import type { MarginName } from './margin-limits.svelte';
+import type { LoopFigures, MarginName } from './loops.svelte';
 
 /** A gain margin in decibels; one that is infinite, because nothing crosses, as such. */
 export function inDecibels(factor: number | null): string {

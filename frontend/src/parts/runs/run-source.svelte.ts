@@ -15,9 +15,9 @@ import {
   toRead,
   wholeOf,
   type Reading,
+  SeenCurves,
 } from '../../app/runs/run-range';
 import { runWindow } from './runs-api';
-import { SeenCurves } from '../../app/runs/seen-curves';
 
 /** What is near is read once nothing has been asked for so long, ms. */
 const REST = 50;

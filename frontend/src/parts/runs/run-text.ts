@@ -2,6 +2,7 @@
 
 import { ApiError } from '../../app/api/client';
 import type {
+  Replay,
   Run,
   RunDetail,
   RunDifference,
@@ -11,7 +12,7 @@ import type {
 } from '../../app/api/types';
 import { errorText } from '../../app/error-text';
 import { fieldOf, nameOf, show } from '../../app/fields/fields.svelte';
-import { digits, pretty } from '../../ui/units';
+import { digits, minus, pretty, prettyUnit } from '../../ui/units';
 
 const MINUTE = 60;
 const HOUR = 3600;
@@ -186,4 +187,37 @@ export function emptyText(query: string): string {
   return query.trim() === ''
     ? 'No runs yet. Press Play in the Lab: it is recorded from the first tick.'
     : `No run meets all of ${query.trim()}.`;
+}
+
+type First = NonNullable<Replay['first']>;
+
+/**
+ * What was compared, and what was not: the beginning of a session that went on for long has gone,
+ * and is simulated without being compared.
+ */
+export function identicalText(
+  { channels, ticks, missing }: Replay,
+  { first_tick: gone, period }: Pick<RunDetail, 'first_tick' | 'period'>,
+): string {
+  const begun = gone > 0 ? `; the first ${durationText(gone * period)} have gone` : '';
+  const rest = missing - gone;
+  const without = rest > 0 ? `; ${rest.toLocaleString('en')} without a record` : '';
+  return `${channels} channels, ${ticks.toLocaleString('en')} ticks${begun}${without}`;
+}
+
+/** Both values with all digits that tell them apart. */
+export function differenceText({ recorded, simulated, difference, unit }: First) {
+  const of = prettyUnit(unit);
+  return {
+    recorded: valueText(recorded, of),
+    simulated: valueText(simulated, of),
+    by: difference === null ? '' : `: ${digits(difference)} ${of}`.trimEnd(),
+  };
+}
+
+function valueText(value: number | string | null, unit: string): string {
+  if (value === null) return 'missing';
+  // Nine digits tell any two float32 apart.
+  const text = typeof value === 'number' ? String(Number(value.toPrecision(9))) : value;
+  return minus(`${text} ${unit}`.trimEnd());
 }

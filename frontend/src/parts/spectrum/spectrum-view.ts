@@ -1,7 +1,7 @@
 /** A spectrum as a plot and a table: curves of each column, the response of its loop, its peaks. */
 
 import type { Mark, PlotAxis, Series } from '../../plot/types';
-import { looksOf } from '../../plot/variant-looks';
+import { looksOf } from '../../plot/palette';
 import { digits, scaleFor } from '../../ui/units';
 import type { components } from '../../app/api/schema';
 

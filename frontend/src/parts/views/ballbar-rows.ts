@@ -3,7 +3,7 @@
 import { AxisScale } from '../../plot/axis-scale';
 import type { CurveData } from '../../plot/plot-menu';
 import type { PolarCurve } from '../../plot/polar';
-import { looksOf } from '../../plot/variant-looks';
+import { looksOf } from '../../plot/palette';
 import { row, type Row } from './rows';
 import type { DocumentOf } from './views-api';
 

@@ -1,7 +1,7 @@
 /** Contour and tracking error as curves and tables. */
 
 import type { PlotAxis, Series } from '../../plot/types';
-import { looksOf } from '../../plot/variant-looks';
+import { looksOf } from '../../plot/palette';
 import { digits } from '../../ui/units';
 import { row, type Row } from './rows';
 import type { DocumentOf } from './views-api';

@@ -1,6 +1,6 @@
 /** Accuracy and repeatability as curves and tables. */
 
-import { looksOf } from '../../plot/variant-looks';
+import { looksOf } from '../../plot/palette';
 import type { Series } from '../../plot/types';
 import { digits, scaleFor } from '../../ui/units';
 import type { Row } from './rows';

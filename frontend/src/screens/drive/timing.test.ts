@@ -1,7 +1,6 @@
 import { describe, expect, it } from 'vitest';
 import { exampleStatus } from './example-status';
-import { limitRows } from './limit-rows';
-import { alText, linkRows } from './link-rows';
+import { limitRows, alText, linkRows } from './drive-rows';
 import { histogram, realTime, SteadyPhase, timingRows } from './timing';
 
 const loop = (change = {}) => exampleStatus({}, change).loop;

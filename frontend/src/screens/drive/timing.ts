@@ -3,7 +3,7 @@
 import type { DriveStatus } from '../../app/api/types';
 import type { Band, Mark, PlotAxis, Series } from '../../plot/types';
 import { digits } from '../../ui/units';
-import type { FigureRow } from './link-rows';
+import type { FigureRow } from './drive-rows';
 
 type Loop = DriveStatus['loop'];
 

@@ -3,8 +3,7 @@ import { formula } from '../../ui/units';
 import { nested } from '../../study/study-form.svelte';
 import { computed, numberIn } from './quantity-fields';
 import { section } from './sizing/cross-section';
-import { differs } from './sizing/design-readings';
-import { withTooth } from './sizing/sizing-fields';
+import { differs, withTooth } from './sizing/sizing-fields';
 
 vi.hoisted(() => vi.stubGlobal('location', new URL('http://lab/')));
 

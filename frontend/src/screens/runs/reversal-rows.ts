@@ -2,7 +2,7 @@
 
 import type { components } from '../../app/api/schema';
 import type { Band, Series } from '../../plot/types';
-import { looksOf } from '../../plot/variant-looks';
+import { looksOf } from '../../plot/palette';
 import { digits, scaleFor } from '../../ui/units';
 
 export type AxisGlitches = components['schemas']['AxisGlitches'];

@@ -1,6 +1,15 @@
 import { describe, expect, it, test } from 'vitest';
-import { atLimits, readChecked, stretches, type Violation } from './feasibility';
-import { amount, placeText, timeText, title } from './violation-text';
+import {
+  amount,
+  atLimits,
+  placeText,
+  readChecked,
+  stretches,
+  timeText,
+  title,
+  type Violation,
+  withUnit,
+} from './feasibility';
 
 function answer(more: object = { outline: null }): ArrayBuffer {
   const head = JSON.stringify({
@@ -78,4 +87,10 @@ test('variants at a limit are named with the share of the time, others are not',
     'A diverges on this path.',
     'B has its command or currents at a limit 45 % of the time on y.',
   ]);
+});
+
+it('gives every acceleration in m/s²', () => {
+  expect(withUnit(17.1, 'm/s^2')).toBe('17.1 m/s²');
+  expect(withUnit(0.0658, 'm/s^2')).toBe('0.066 m/s²');
+  expect(withUnit(0.199, 'm')).toBe('199 mm');
 });

@@ -1,7 +1,7 @@
 /** What the heat map of a gain landscape is given. */
 
 import type { AxisLandscape, TuneHistory, Axis } from '../../app/api/types';
-import { contour } from '../../plot/contours';
+import { contour } from '../../plot/heat-grid';
 import type { Layer, Line as MapLine, Region, Spot } from '../../plot/types';
 import { digits } from '../../ui/units';
 import type { CandidateLine } from './candidates';

@@ -4,7 +4,7 @@ import type { RequestOf } from '../../app/api/operations';
 import { at } from '../../app/api/scenario-paths';
 import type { Axis, Changes, Value } from '../../app/api/types';
 import type { ScenarioSource } from '../../app/jobs/job-request';
-import { marginLimits } from '../../parts/loop/margin-limits.svelte';
+import { marginLimits } from '../../parts/loop/loops.svelte';
 import { nested, ScenarioForm } from '../../study/study-form.svelte';
 import { clean } from '../../ui/units';
 

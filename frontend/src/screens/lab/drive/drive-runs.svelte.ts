@@ -8,8 +8,7 @@ import { getRun } from '../../../parts/runs/runs-api';
 import { load, save } from '../../../app/storage';
 import { app } from '../../../app/store.svelte';
 import { onDemand } from '../on-demand.svelte';
-import { keepSequence, keptSequence, type Sequence } from './sequence';
-import { runText, whyNot } from './why-not';
+import { keepSequence, keptSequence, type Sequence, runText, whyNot } from './drive-rules';
 
 export type Machine = 'simulation' | 'drive';
 

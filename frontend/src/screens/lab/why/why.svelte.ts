@@ -3,7 +3,7 @@
 import type { Changes, Why } from '../../../app/api/types';
 import { LatestWins } from '../../../app/latest-wins';
 import { app } from '../../../app/store.svelte';
-import { marginLimits } from '../../../parts/loop/margin-limits.svelte';
+import { marginLimits } from '../../../parts/loop/loops.svelte';
 import { ScenarioForm } from '../../../study/study-form.svelte';
 
 class WhyForm extends ScenarioForm {

@@ -7,7 +7,7 @@ import { LatestWins } from '../../../app/latest-wins';
 import { fromAddress, setAddress } from '../../../app/storage';
 import { app } from '../../../app/store.svelte';
 import { SavedDocuments } from '../../../parts/saved/saved-documents.svelte';
-import { InstantForm } from '../../../study/instant-form.svelte';
+import { InstantForm } from '../../../study/study-form.svelte';
 import type { Numbers } from '../quantity-fields';
 
 /** A field takes a second to solve: that is asked for when a number stands, ms. */

@@ -1,8 +1,19 @@
 import { describe, expect, it } from 'vitest';
 import type { MapTables, Scenario } from '../../../app/api/types';
 import { placesOf, useMap, usedIn } from '../../../app/force-maps';
-import { analyticOf, fraction, normalForce, peaks, thrust, type Analytic } from './analytic-map';
-import { analyticCurve, curvesOf, publishedOf, surface, trustOf } from './force-curves';
+import {
+  analyticOf,
+  fraction,
+  normalForce,
+  peaks,
+  thrust,
+  type Analytic,
+  analyticCurve,
+  curvesOf,
+  publishedOf,
+  surface,
+  trustOf,
+} from './force-curves';
 
 const analytic: Analytic = {
   tau: 7.2e-3,

@@ -2,7 +2,7 @@
 
 import type { Axis, FieldEntry, MapEntry, PlatformDocument, Value } from '../../../app/api/types';
 import { app } from '../../../app/store.svelte';
-import { InstantForm } from '../../../study/instant-form.svelte';
+import { InstantForm } from '../../../study/study-form.svelte';
 import { bodyOf, FORCE, inRequest, valueIn } from './platform-fields';
 
 /** What a reset leaves as it is. */

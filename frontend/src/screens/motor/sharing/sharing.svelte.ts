@@ -3,7 +3,7 @@
 import type { MapEntry, MapFit } from '../../../app/api/types';
 import { listOf, load, oneOf, save } from '../../../app/storage';
 import { app } from '../../../app/store.svelte';
-import { InstantForm } from '../../../study/instant-form.svelte';
+import { InstantForm } from '../../../study/study-form.svelte';
 import type { Numbers } from '../quantity-fields';
 import { LAWS, requests, type Law, type Run, type SharingChoice } from './sharing-runs';
 

@@ -3,8 +3,7 @@
 import type { Changes, DesignDocument, Value } from '../../../app/api/types';
 import { fromAddress, setAddress } from '../../../app/storage';
 import { app } from '../../../app/store.svelte';
-import { InstantForm } from '../../../study/instant-form.svelte';
-import { nested } from '../../../study/study-form.svelte';
+import { InstantForm, nested } from '../../../study/study-form.svelte';
 import { numberIn } from '../quantity-fields';
 import { BORROWED, GROUPS, withTooth, type Direction } from './sizing-fields';
 

@@ -5,7 +5,7 @@ import type { ProblemField } from '../../../app/api/types';
 import { errorText } from '../../../app/error-text';
 import { digits, pretty, quantity } from '../../../ui/units';
 import type { Checked } from '../feasibility';
-import { withUnit } from '../violation-text';
+import { withUnit } from '../feasibility';
 import type { FileFormat, ReadFile } from './exchange-api';
 
 export const FORMATS: Readonly<Record<FileFormat, string>> = {

@@ -1,5 +1,5 @@
 import { expect, it } from 'vitest';
-import { looksOf } from './variant-looks';
+import { looksOf } from './palette';
 
 it('a variant looks the same alone and among others', () => {
   expect(looksOf('A')).toEqual({ ink: 'a' });

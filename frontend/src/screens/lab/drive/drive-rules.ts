@@ -1,6 +1,7 @@
 /** Why the Lab cannot move the drives. */
 
 import type { DriveStatus } from '../../../app/api/types';
+import { listOf, parsed } from '../../../app/storage';
 
 export interface Asked {
   status: DriveStatus | null;
@@ -42,4 +43,27 @@ export function whyNot({ status, silent, held, moving }: Asked): string {
 /** Returns the label of the button: which variants run, in turn. */
 export function runText(variants: readonly string[]): string {
   return `Run ${variants.join(', then ')} on the drive`;
+}
+
+export interface Sequence {
+  /** Sessions of the motions that have begun; the last may still move. */
+  motions: readonly string[];
+  /** Variants that have not begun. */
+  left: readonly string[];
+  /** Runs that lie behind the present one. */
+  ghosts: readonly string[];
+}
+
+const KEY = 'motionlab.drive-runs';
+const FORM = { motions: listOf(''), left: listOf(''), ghosts: listOf('') };
+
+/** Returns the sequence that a reload has interrupted; null where none had begun. */
+export function keptSequence(): Sequence | null {
+  const kept = parsed<Sequence | null>(sessionStorage.getItem(KEY), null, FORM);
+  return kept && kept.motions.length > 0 ? kept : null;
+}
+
+export function keepSequence(sequence: Sequence | null): void {
+  if (sequence) sessionStorage.setItem(KEY, JSON.stringify(sequence));
+  else sessionStorage.removeItem(KEY);
 }

@@ -1,6 +1,6 @@
-import { expect, test } from 'vitest';
+import { afterEach, beforeEach, expect, test, vi } from 'vitest';
 import type { DriveStatus } from '../../../app/api/types';
-import { runText, whyNot, type Asked } from './why-not';
+import { type Asked, keepSequence, keptSequence, runText, whyNot } from './drive-rules';
 
 function situation(status: Partial<DriveStatus>, rest: Partial<Asked> = {}): Asked {
   const whole = { state: 'holding', holder: 'me', problem: '', fault: null, ...status };
@@ -34,4 +34,36 @@ test('says what is wrong with the drives', () => {
 test('names the variants in their order', () => {
   expect(runText(['A', 'B'])).toBe('Run A, then B on the drive');
   expect(runText(['A'])).toBe('Run A on the drive');
+});
+
+const kept = new Map<string, string>();
+
+beforeEach(() => {
+  kept.clear();
+  vi.stubGlobal('sessionStorage', {
+    getItem: (key: string) => kept.get(key) ?? null,
+    setItem: (key: string, value: string) => kept.set(key, value),
+    removeItem: (key: string) => kept.delete(key),
+  });
+});
+
+afterEach(() => vi.unstubAllGlobals());
+
+test('a sequence that has begun outlives a reload, until it has ended', () => {
+  expect(keptSequence()).toBeNull();
+  const sequence = { motions: ['s-1'], left: ['B'], ghosts: ['r-1'] };
+  keepSequence(sequence);
+  expect(keptSequence()).toEqual(sequence);
+  keepSequence(null);
+  expect(keptSequence()).toBeNull();
+});
+
+test('what has not begun, or is damaged, is no sequence', () => {
+  keepSequence({ motions: [], left: ['A', 'B'], ghosts: [] });
+  expect(keptSequence()).toBeNull();
+  const [key] = [...kept.keys()];
+  for (const text of ['{', '{"motions": "s-1"}', '{"motions": [1], "left": [], "ghosts": []}']) {
+    kept.set(key ?? '', text);
+    expect(keptSequence()).toBeNull();
+  }
 });
