@@ -9,9 +9,11 @@ from motionlab.analysis.run_comparison import size
 from motionlab.library.columns import of_run
 from motionlab.library.library import library
 from motionlab.library.run import RunDetail
+from motionlab.reports import results
 from motionlab.reports.comparison_page import Side, comparison_page
-from motionlab.reports.plots import memory
-from motionlab.reports.run_page import run_page
+from motionlab.reports.history import events, scenario_of
+from motionlab.reports.page import page
+from motionlab.reports.plots import memory, plots
 
 Hold = Callable[[int], object]
 """Reserves memory, bytes."""
@@ -33,8 +35,18 @@ def run_report(run_id: str, hold: Hold = lambda _: None) -> bytes:
     """
     run = library().complete(run_id)
     hold(memory(run) + _PAGE)
+    happened = events(run)
     with library().files.open(run_id) as file:
-        return run_page(run, file, library().files.digest(run_id))
+        return page(
+            "run.html.j2",
+            f"{run.name}: report of {run.id}",
+            run=run,
+            scenario=scenario_of(run),
+            events=happened,
+            metrics=results.metrics(results.columns_of(run)),
+            plots=plots(run, file, happened),
+            digest=library().files.digest(run_id),
+        )
 
 
 def comparison_report(

@@ -48,7 +48,7 @@ class Trace(NamedTuple):
     look: str
 
 
-class Wanted(NamedTuple):
+class Plot(NamedTuple):
     """A plot of some columns of a common unit."""
 
     title: str
@@ -77,7 +77,7 @@ def plots(run: RunDetail, file: parquet.ParquetFile, happened: Sequence[Happened
     return element("div", note, *(element("figure", part) for part in parts))
 
 
-def report_charts(run: RunDetail) -> list[Wanted]:
+def report_charts(run: RunDetail) -> list[Plot]:
     """Return the plots of a run."""
     units = {column["name"]: column["unit"] or "1" for column in run.columns}
     charts = [
@@ -90,12 +90,12 @@ def report_charts(run: RunDetail) -> list[Wanted]:
             for phase in _PHASES
         ]
         phases = [trace for trace in phases if trace.column in units]
-        charts.append(Wanted(f"Phase currents {axis}", "A", phases))
+        charts.append(Plot(f"Phase currents {axis}", "A", phases))
     charts.append(_load(units))
     if run.kind == "measurement":
         shown = {trace.column for each in charts for trace in each.traces}
         charts += [
-            Wanted(_title(name), unit, [Trace(name, "", "a")])
+            Plot(_title(name), unit, [Trace(name, "", "a")])
             for name, unit in units.items()
             if name not in shown
         ]
@@ -123,7 +123,7 @@ def _drawn(run: RunDetail) -> list[str]:
     return run.variants[:_VARIANTS]
 
 
-def _of_variants(run: RunDetail, axis: str, name: str, title: str, units: dict[str, str]) -> Wanted:
+def _of_variants(run: RunDetail, axis: str, name: str, title: str, units: dict[str, str]) -> Plot:
     traces = [
         Trace(f"{v}.{axis}.{name}", f"{v} {run.labels.get(v, '')}".strip(), VARIANT_LOOKS[i])
         for i, v in enumerate(_drawn(run))
@@ -133,16 +133,16 @@ def _of_variants(run: RunDetail, axis: str, name: str, title: str, units: dict[s
     if reference in units and traces:
         traces = [Trace(reference, "reference", "reference"), *traces]
     unit = units[traces[0].column] if traces else "1"
-    return Wanted(f"{title} {axis}", unit, traces)
+    return Plot(f"{title} {axis}", unit, traces)
 
 
-def _load(units: dict[str, str]) -> Wanted:
+def _load(units: dict[str, str]) -> Plot:
     traces = [
         Trace(f"{axis}.load_force", axis, VARIANT_LOOKS[i])
         for i, axis in enumerate(AXES)
         if f"{axis}.load_force" in units
     ]
-    return Wanted("Load force", "N", traces)
+    return Plot("Load force", "N", traces)
 
 
 def _title(column: str) -> str:
@@ -152,7 +152,7 @@ def _title(column: str) -> str:
 def _chart(
     run: RunDetail,
     file: parquet.ParquetFile,
-    chart: Wanted,
+    chart: Plot,
     bins: int,
     happened: Sequence[Happened],
 ) -> Chart | None:
