@@ -280,6 +280,6 @@ def test_refusals_of_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[s
     out = str(tmp_path / "a.html")
     assert main(["report", "r-aaaaaaaaaaaa", "--out", out]) == 2
     assert "RUN" in capsys.readouterr().err
-    assert main(["report", "circle", "--out", out]) == 2
+    assert main(["report", "fig5", "--out", out]) == 2
     assert main(["report", "r-aaaaaaaaaaaa", "--out", str(tmp_path / "a.pdf")]) == 2
     assert not Path(out).exists()
