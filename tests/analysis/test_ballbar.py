@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from motionlab.analysis import ballbar
 from motionlab.analysis.views.ballbar import ballbar as view
 from motionlab.errors import ConfigError
-from motionlab.library.recorded import of_recording
+from motionlab.simulation.recorded import of_recording
 from tests.simulated import IDEAL, SHORT, play
 
 Array = NDArray[np.float64]

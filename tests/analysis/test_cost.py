@@ -8,7 +8,7 @@ import pytest
 from motionlab.analysis import cost as numbers
 from motionlab.analysis.views.cost import cost
 from motionlab.config.timing import CONTROL_PERIOD as T
-from motionlab.library.recorded import of_recording
+from motionlab.simulation.recorded import of_recording
 from tests.simulated import IDEAL, SHORT, Played, play
 
 

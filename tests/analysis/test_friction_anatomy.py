@@ -10,8 +10,8 @@ from motionlab.analysis import friction_anatomy as numbers
 from motionlab.analysis.views.friction import POINTS, friction
 from motionlab.analysis.views.recorded import Recorded
 from motionlab.errors import ConfigError
-from motionlab.library.recorded import of_recording
 from motionlab.plant.friction import LuGre
+from motionlab.simulation.recorded import of_recording
 from tests.simulated import SHORT, Played, play
 
 Array = NDArray[np.float64]

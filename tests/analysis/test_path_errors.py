@@ -12,7 +12,7 @@ from motionlab.analysis import path_errors as numbers
 from motionlab.analysis.metrics import variant_metrics
 from motionlab.analysis.views.contouring import contouring
 from motionlab.errors import ConfigError
-from motionlab.library.recorded import of_recording
+from motionlab.simulation.recorded import of_recording
 from tests.simulated import SHORT, play
 
 Array = NDArray[np.float64]

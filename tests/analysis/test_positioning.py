@@ -17,8 +17,8 @@ from motionlab.analysis.views.positioning import (
 )
 from motionlab.config.load import load_scenario
 from motionlab.errors import ConfigError
-from motionlab.library.recorded import of_recording
 from motionlab.simulation.prepare import prepare
+from motionlab.simulation.recorded import of_recording
 from motionlab.simulation.run import run
 
 PERIOD = 0.5e-3  # s

@@ -9,8 +9,8 @@ import pytest
 from motionlab.analysis.views.positioning import PositioningCycle, measured_scenario, positioning
 from motionlab.cli import main
 from motionlab.config.load import load_scenario
-from motionlab.library.recorded import of_recording
 from motionlab.simulation.prepare import prepare
+from motionlab.simulation.recorded import of_recording
 from motionlab.simulation.run import run
 
 CYCLE = {"axis": "y", "targets": 3, "runs": 2, "dwell": 0.3, "low": -0.01, "high": 0.02}

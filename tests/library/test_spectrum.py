@@ -10,15 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from motionlab.analysis.loop_spectrum import SpectrumOptions, document
 from motionlab.analysis.spectrum import spectrum
 from motionlab.cli.main import main
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import BAD_INPUT, DONE, FAILED
 from motionlab.library.library import library
 from motionlab.library.run import RunDetail
-from motionlab.library.spectrum import run_spectra
 from motionlab.simulation.result import document as result_of
+from motionlab.studies.spectrum import SpectrumOptions, document, run_spectra
 from tests.simulated import Played, play
 
 ERROR = "B.x.following_error"

@@ -9,7 +9,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from motionlab.analysis.loop_spectrum import (
+from motionlab.config.load import load_scenario
+from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.loop.disturbance import disturbance_response
+from motionlab.loop.linearise import linearise
+from motionlab.simulation.prepare import prepare
+from motionlab.simulation.run import run
+from motionlab.studies.spectrum import (
     OwnLoop,
     Samples,
     SpectrumOptions,
@@ -17,12 +23,6 @@ from motionlab.analysis.loop_spectrum import (
     document,
     take,
 )
-from motionlab.config.load import load_scenario
-from motionlab.config.timing import CONTROL_PERIOD
-from motionlab.loop.disturbance import disturbance_response
-from motionlab.loop.linearise import linearise
-from motionlab.simulation.prepare import prepare
-from motionlab.simulation.run import run
 
 Array = NDArray[np.float64]
 

@@ -37,8 +37,8 @@ def add(commands: Any) -> None:
 
 
 def _glitches(options: argparse.Namespace) -> int:
-    from motionlab.library.glitches import run_glitches
     from motionlab.library.library import library
+    from motionlab.library.recorded import run_glitches
 
     reversals = run_glitches(library().named(options.run))
     if options.json:

@@ -12,8 +12,8 @@ from motionlab.errors import DONE
 from motionlab.studies.options import add_json
 
 if TYPE_CHECKING:
-    from motionlab.analysis.loop_spectrum import Taken
     from motionlab.library.run import Run
+    from motionlab.studies.spectrum import Taken
 
 EXAMPLES = """\
 examples:
@@ -62,10 +62,9 @@ def add(commands: Any) -> None:
 
 
 def _spectrum(options: argparse.Namespace) -> int:
-    from motionlab.analysis.loop_spectrum import SpectrumOptions, document
     from motionlab.config.validation_errors import checked
     from motionlab.library.library import library
-    from motionlab.library.spectrum import run_spectra
+    from motionlab.studies.spectrum import SpectrumOptions, document, run_spectra
 
     settings = checked(
         SpectrumOptions, {"window": options.window, "averages": options.averages}, "spectrum"

@@ -116,8 +116,9 @@ def _recorded(view: View, request: BaseModel | None, options: argparse.Namespace
     from motionlab.config.changes import parse_assignments
     from motionlab.config.load import load_scenario
     from motionlab.library.library import library
-    from motionlab.library.recorded import of_run, of_scenario
+    from motionlab.library.recorded import of_run
     from motionlab.simulation.prepare import prepare
+    from motionlab.simulation.recorded import of_scenario
 
     start, end = options.start, options.end
     if names_run(options.scenario):

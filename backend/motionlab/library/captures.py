@@ -16,8 +16,8 @@ from motionlab.errors import StoreError
 from motionlab.library.description import thumbnail
 from motionlab.library.library import Library
 from motionlab.library.new_run import live_run
+from motionlab.library.recorded import scenario_of
 from motionlab.library.run import NOTE_MAX, RunDetail, new_id
-from motionlab.library.scenario_at import scenario_of
 from motionlab.simulation.result import metadata
 from motionlab.telemetry import recorder
 from motionlab.telemetry.parquet import read_ticks

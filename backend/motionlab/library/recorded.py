@@ -1,22 +1,23 @@
-"""Stretches of recordings that views are computed from: of a kept run, or simulated for them."""
+"""What is computed from kept runs: a stretch of one, its scenario there, its glitches."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 
 from motionlab.analysis.contouring import AROUND
-from motionlab.analysis.views.recorded import SAMPLES_MAX, Array, Recorded, absent
+from motionlab.analysis.glitch_document import RunGlitches, glitches_of
+from motionlab.analysis.views.recorded import Array, Recorded, absent, stretch
+from motionlab.config.changes import apply_changes
+from motionlab.config.load import validate
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
-from motionlab.config.timing import CONTROL_PERIOD, to_ticks
-from motionlab.errors import ConfigError, FieldError
+from motionlab.errors import ConfigError
 from motionlab.library.library import library
-from motionlab.library.scenario_at import scenario_of
-from motionlab.simulation.prepare import Prepared, prepare
-from motionlab.simulation.run import run as run_simulation
-from motionlab.telemetry.channels import REFERENCES
+from motionlab.library.run import RunDetail
+from motionlab.simulation.recorded import record_simulation
 from motionlab.telemetry.parquet import read_ticks
-from motionlab.telemetry.recording import Recording
 
 _POSITIONS = [f"{axis}.position_reference" for axis in AXES]
 
@@ -46,7 +47,7 @@ def of_run(run_id: str, start: float | None, end: float | None, *, window: bool 
     run = library().complete(run_id)
     if window and start is None and end is None and (measured := run.measured()):
         start, end = measured
-    first, stop = _stretch(start, end, run.ticks, run.period)
+    first, stop = stretch(start, end, run.ticks, run.period)
     with library().files.open(run_id) as file:
         known = set(file.schema_arrow.names)
 
@@ -74,80 +75,59 @@ def of_run(run_id: str, start: float | None, end: float | None, *, window: bool 
     return Recorded(variants, run.period, first, stop, column, path, scenario, simulate)
 
 
-def of_scenario(
-    prepared: Prepared, start: float | None, end: float | None, *, window: bool = True
-) -> Recorded:
-    """Return a stretch of a scenario, which is simulated; parameters as `of_run`."""
-    if window and start is None and end is None:
-        first, stop = prepared.window
-    else:
-        first, stop = _stretch(start, end, prepared.reference.ticks, CONTROL_PERIOD)
-    return of_recording(run_simulation(prepared, stop=stop), prepared, first, stop)
+def scenario_of(
+    run: RunDetail, start: int, stop: int, matters: Callable[[str], bool]
+) -> Scenario | str:
+    """Return the scenario of a run at a sample, without schedule, or why there is none.
+
+    Parameters
+    ----------
+    run : RunDetail
+        The run.
+    start, stop : int
+        Samples [start, stop).
+    matters : callable
+        Of a dotted path: whether its change within the stretch leaves no scenario for all of it.
+    """
+    if run.scenario_document is None:
+        return "the run has no scenario"
+    document = dict(run.scenario_document)
+    changes = [(round(one["time"] / run.period), one["set"]) for one in document["schedule"]]
+    changes += [(event.tick, event.set) for event in run.events if event.kind == "change"]
+    start, stop = start + run.first_tick, stop + run.first_tick
+    for tick, paths in sorted(changes, key=lambda change: change[0]):
+        if tick <= start:
+            document = apply_changes(document, paths)
+        elif tick < stop and any(matters(path) for path in paths):
+            return f"motor or controller change at {tick * run.period:g} s, within the stretch"
+    document["schedule"] = []
+    try:
+        return validate(document)
+    except ConfigError as problem:  # a motor or a map of one's own that is gone
+        return str(problem)
 
 
-def of_recording(recording: Recording, prepared: Prepared, first: int, stop: int) -> Recorded:
-    """Return samples [first, stop) of a recording that begins at tick 0."""
-    rows = {channel.name: row for row, channel in enumerate(REFERENCES)}
-    part = slice(first, stop)
-
-    def column(name: str) -> Array | None:
-        *variant, axis, channel = name.split(".")
-        if not variant:
-            return recording.references[rows[channel], AXES.index(axis), part]
-        record = recording.variants.get(variant[0])
-        return None if record is None else record.channel(channel, axis)[part].astype(np.float64)
-
-    def path() -> tuple[Array, int]:
-        begin = max(0, first - AROUND)
-        position = recording.references[rows["position_reference"], :, begin : stop + AROUND]
-        return np.ascontiguousarray(position.T), first - begin
-
-    inside = [changed for tick, changed in prepared.epochs if first < tick < stop]
-    scenario: Scenario | str = "the schedule changes it within the stretch"
-    if not inside:
-        now = [changed for tick, changed in prepared.epochs if tick <= first][-1]
-        scenario = now.model_copy(update={"schedule": (), "window": None})
-    variants = tuple(recording.variants)
-    return Recorded(
-        variants,
-        CONTROL_PERIOD,
-        first,
-        stop,
-        column,
-        path,
-        scenario,
-        simulate=record_simulation,
-        simulated=True,
-    )
-
-
-def record_simulation(scenario: Scenario) -> Recorded:
-    """Simulate a scenario, and return all of it.
+def run_glitches(run_id: str) -> RunGlitches:
+    """Return what the following error of a run does at its reversals; docs/glitches.md.
 
     Raises
     ------
-    ConfigError
-        If it cannot be simulated.
+    Unknown
+        If there is no such run.
+    Busy
+        If it is being recorded.
     """
-    prepared = prepare(scenario, checked=True)
-    return of_recording(run_simulation(prepared), prepared, 0, prepared.reference.ticks)
+    run = library().complete(run_id)
+    plant = (run.scenario_document or {}).get("plant") or {}
+    counts = {
+        axis: float(plant.get(axis, {}).get("encoder", {}).get("resolution", 0.0)) for axis in AXES
+    }
+    with library().files.open(run_id) as file:
+        known = set(file.schema_arrow.names)
 
+        def column(name: str) -> Array | None:
+            if name not in known:
+                return None
+            return read_ticks(file, [name], 0, run.ticks)[0].astype(np.float64)
 
-def _stretch(start: float | None, end: float | None, ticks: int, period: float) -> tuple[int, int]:
-    """Return samples [first, stop) of times; all, or the latest, where none is given."""
-    last = ticks * period
-    bounds: dict[str, float] = {"minimum": 0.0, "maximum": last}
-    for name, time in (("start", start), ("end", end)):
-        if time is not None and not 0.0 <= time <= last * (1 + 1e-9):
-            raise ConfigError(FieldError(name, "is not in the recording", time, "", "s", bounds))
-    stop = ticks if end is None else min(ticks, round(end / period))
-    first = max(0, stop - SAMPLES_MAX) if start is None else round(start / period)
-    if not 0 < stop - first <= SAMPLES_MAX:
-        ends = {"exclusive_minimum": first * period, "maximum": (first + SAMPLES_MAX) * period}
-        raise ConfigError(FieldError("end", "too few or too many samples", end, "", "s", ends))
-    return first, stop
-
-
-def ticks_needed(prepared: Prepared, end: float | None) -> int:
-    """Return how many ticks of a scenario a view up to a time takes."""
-    return prepared.reference.ticks if end is None else to_ticks(end)
+        return glitches_of(run.variants, column, counts=counts, period=run.period)

@@ -102,3 +102,24 @@ class Recorded:
 def absent(name: str) -> ConfigError:
     """Return the error about a channel that a recording does not have."""
     return ConfigError(FieldError("run", f"has no channel {name}", "absent"))
+
+
+def stretch(start: float | None, end: float | None, ticks: int, period: float) -> tuple[int, int]:
+    """Return samples [first, stop) of times; all, or the latest, where there are none.
+
+    Raises
+    ------
+    ConfigError
+        If the stretch is not in the recording, or too long.
+    """
+    last = ticks * period
+    bounds: dict[str, float] = {"minimum": 0.0, "maximum": last}
+    for name, time in (("start", start), ("end", end)):
+        if time is not None and not 0.0 <= time <= last * (1 + 1e-9):
+            raise ConfigError(FieldError(name, "is not in the recording", time, "", "s", bounds))
+    stop = ticks if end is None else min(ticks, round(end / period))
+    first = max(0, stop - SAMPLES_MAX) if start is None else round(start / period)
+    if not 0 < stop - first <= SAMPLES_MAX:
+        ends = {"exclusive_minimum": first * period, "maximum": (first + SAMPLES_MAX) * period}
+        raise ConfigError(FieldError("end", "too few or too many samples", end, "", "s", ends))
+    return first, stop

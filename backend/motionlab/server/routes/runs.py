@@ -9,10 +9,11 @@ from fastapi import APIRouter, Body, Depends, Query, Request, Response
 from fastapi import Path as PathParameter
 from pydantic import BaseModel, ConfigDict, Field
 
+from motionlab.analysis.glitch_document import RunGlitches
 from motionlab.errors import ConfigError, FieldError
 from motionlab.exchange.selection import formats
-from motionlab.library.glitches import RunGlitches, run_glitches
 from motionlab.library.library import FREE_LEAST, UNDO_SECONDS, library, quota
+from motionlab.library.recorded import run_glitches
 from motionlab.library.run import (
     ID,
     LINE,

@@ -8,7 +8,16 @@ import numpy as np
 from fastapi import APIRouter, Body, Query, Request, Response
 from pydantic import BaseModel, ConfigDict, Field
 
-from motionlab.analysis.loop_spectrum import (
+from motionlab.config.load import load_scenario
+from motionlab.config.scenario import Scenario
+from motionlab.errors import ConfigError, FieldError
+from motionlab.loop.linearise import SLIDING
+from motionlab.server.http.openapi_input import PATHS_MAX, Paths, ScenarioSource, examples
+from motionlab.server.http.problems import responses
+from motionlab.server.http.strict_json import JsonRoute
+from motionlab.server.routes.runs import RunId
+from motionlab.server.worker_answers import computed
+from motionlab.studies.spectrum import (
     COLUMNS_MAX,
     NO_LOOP,
     OwnLoop,
@@ -17,18 +26,9 @@ from motionlab.analysis.loop_spectrum import (
     SpectrumOptions,
     document,
     error_of,
+    run_spectra,
     take,
 )
-from motionlab.config.load import load_scenario
-from motionlab.config.scenario import Scenario
-from motionlab.errors import ConfigError, FieldError
-from motionlab.library.spectrum import run_spectra
-from motionlab.loop.linearise import SLIDING
-from motionlab.server.http.openapi_input import PATHS_MAX, Paths, ScenarioSource, examples
-from motionlab.server.http.problems import responses
-from motionlab.server.http.strict_json import JsonRoute
-from motionlab.server.routes.runs import RunId
-from motionlab.server.worker_answers import computed
 from motionlab.telemetry.expressions.columns import TEXT_MAX, split_columns
 
 router = APIRouter(route_class=JsonRoute)

@@ -12,7 +12,7 @@ from motionlab.analysis.views.recorded import Recorded
 from motionlab.analysis.views.table import BY_NAME, VIEWS, View
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, FieldError
-from motionlab.library.recorded import of_run, of_scenario, ticks_needed
+from motionlab.library.recorded import of_run
 from motionlab.library.run import ID
 from motionlab.server.http.openapi_input import examples
 from motionlab.server.http.problems import responses
@@ -21,6 +21,7 @@ from motionlab.server.routes.simulate import ChangedScenario, prepare_request
 from motionlab.server.settings import Settings
 from motionlab.server.worker_answers import ComputedResponse, called, json_of
 from motionlab.server.workers.worker import Call
+from motionlab.simulation.recorded import of_scenario, ticks_needed
 
 router = APIRouter(prefix="/views", tags=["simulate"], route_class=JsonRoute)
 

@@ -1,8 +1,8 @@
-"""Quadrant glitches of a run: every reversal of every axis, variant by variant."""
+"""Quadrant glitches of a recording: every reversal of every axis, variant by variant."""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,9 +10,6 @@ from pydantic import BaseModel, Field
 
 from motionlab.analysis.glitches import BEFORE, Glitch, aligned, glitches, reversals
 from motionlab.config.planar import AXES
-from motionlab.library.library import library
-from motionlab.library.run import RunDetail
-from motionlab.telemetry.parquet import read_ticks
 
 AFTER_MAX = 0.2
 """Most time after a reversal of the aligned curves, s."""
@@ -74,64 +71,55 @@ class RunGlitches(BaseModel):
     axes: dict[str, AxisGlitches]
 
 
-def run_glitches(run_id: str) -> RunGlitches:
-    """Return what the following error of a run does at its reversals; docs/glitches.md.
+def glitches_of(
+    variants: Sequence[str],
+    column: Callable[[str], NDArray[np.float64] | None],
+    *,
+    counts: Mapping[str, float],
+    period: float,
+) -> RunGlitches:
+    """Return what the following errors of a recording do at its reversals.
 
-    Raises
-    ------
-    Unknown
-        If there is no such run.
-    Busy
-        If it is being recorded.
+    Parameters
+    ----------
+    variants : sequence of str
+        Its variants.
+    column : callable
+        Returns a whole column by its name, or None where there is none.
+    counts : mapping of str to float
+        The resolution of each axis's encoder, m, or 0.
+    period : float
+        Time between samples, s.
     """
-    run = library().complete(run_id)
-    with library().files.open(run_id) as file:
-        known = set(file.schema_arrow.names)
-
-        def column(name: str) -> NDArray[np.float64] | None:
-            if name not in known:
-                return None
-            return read_ticks(file, [name], 0, run.ticks)[0].astype(np.float64)
-
-        axes = {}
-        for axis in AXES:
-            velocity = column(f"{axis}.velocity_reference")
-            if velocity is None:
-                position = column(f"{axis}.position_reference")
-                velocity = None if position is None else np.gradient(position, run.period)
-            if velocity is None or not reversals(velocity):
+    axes = {}
+    for axis in AXES:
+        velocity = column(f"{axis}.velocity_reference")
+        if velocity is None:
+            position = column(f"{axis}.position_reference")
+            velocity = None if position is None else np.gradient(position, period)
+        if velocity is None or not reversals(velocity):
+            continue
+        by_variant = {}
+        for name in variants:
+            error = column(f"{name}.{axis}.following_error")
+            if error is None:
                 continue
-            count = _count(run, axis)
-            variants = {}
-            for name in run.variants:
-                error = column(f"{name}.{axis}.following_error")
-                own_glitches = (
-                    []
-                    if error is None
-                    else glitches(velocity, error, count=count, period=run.period)
-                )
-                if error is not None and own_glitches:
-                    variants[name] = _variant(own_glitches, error, velocity, run.period)
-            if variants:
-                axes[axis] = AxisGlitches(count=count, variants=variants)
+            if peaks := glitches(velocity, error, count=counts[axis], period=period):
+                by_variant[name] = _variant(peaks, error, velocity, period)
+        if by_variant:
+            axes[axis] = AxisGlitches(count=counts[axis], variants=by_variant)
     return RunGlitches(axes=axes)
 
 
-def _count(run: RunDetail, axis: str) -> float:
-    """Return the resolution of an encoder, m, or 0."""
-    plant: dict[str, Any] = (run.scenario_document or {}).get("plant") or {}
-    return float(plant.get(axis, {}).get("encoder", {}).get("resolution", 0.0))
-
-
 def _variant(
-    glitches: list[Glitch],
+    peaks: list[Glitch],
     error: NDArray[np.float64],
     velocity: NDArray[np.float64],
     period: float,
 ) -> VariantGlitches:
     shortest = min(turn.end - turn.tick for turn in reversals(velocity))
     after = min(shortest, round(AFTER_MAX / period))
-    curves = aligned(error, glitches, before=round(BEFORE / period), after=after)
+    curves = aligned(error, peaks, before=round(BEFORE / period), after=after)
     every = max(1, -(-curves.shape[1] // POINTS))
     bins = np.arange(0, curves.shape[1], every)
     low = np.minimum.reduceat(curves.min(axis=0), bins)
@@ -139,7 +127,7 @@ def _variant(
     middle = np.add.reduceat(curves.mean(axis=0), bins) / np.diff([*bins, curves.shape[1]])
 
     def mean(name: str) -> float | None:
-        values = [getattr(one, name) for one in glitches if getattr(one, name) is not None]
+        values = [getattr(one, name) for one in peaks if getattr(one, name) is not None]
         return float(np.mean(values)) if values else None
 
     return VariantGlitches(
@@ -152,10 +140,10 @@ def _variant(
                 rise=one.rise,
                 duration=one.duration,
             )
-            for one in glitches
+            for one in peaks
         ],
         mean=GlitchMean(
-            height=float(np.mean([abs(one.height) for one in glitches])),
+            height=float(np.mean([abs(one.height) for one in peaks])),
             delay=mean("delay"),
             rise=mean("rise"),
             duration=mean("duration"),
