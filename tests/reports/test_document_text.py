@@ -41,6 +41,7 @@ class Document(BaseModel):
     axes: dict[str, Axis] = {}
     peaks: list[Peak] = []
     parts: dict[str, Part] = {}
+    errors: dict[str, float | None] = Field(default={}, description="By axis, m")
     gone: dict[str, Axis | None] = Field(default={}, description="null where it diverged")
     set: dict[str, object] = {}
 
@@ -100,6 +101,11 @@ def test_what_is_missing_has_its_reason_and_settings_are_options() -> None:
     text = document_text(Document(gone={"A": None}, set={"seed": 7, "plant.x.mass": 4.5}))
     assert "A gone: none where it diverged" in text
     assert text.endswith("set:\n  --set seed=7\n  --set plant.x.mass=4.5")
+
+
+def test_numbers_by_name_are_one_line() -> None:
+    text = cells(Document(errors={"x": 2e-6, "y": None}))
+    assert text[-1] == ["errors", "x", "2,", "y", "-", "um"]
 
 
 @pytest.mark.parametrize("value", [0.0, 1e-12, 123456.0, 1e12, float("inf")])

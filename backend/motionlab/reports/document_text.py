@@ -9,7 +9,7 @@ A model may have `labels` in place of names, values `derived` from its fields, a
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from pydantic import BaseModel
@@ -102,11 +102,11 @@ class _Walk:
             label = labels.get(key) or info.title or _UNDERSCORE.sub(" ", key)
             column, shown, unit = (*within, key), "  " * len(within) + label, _unit(info)
             rows = list(_rows(label, value))
-            if key in _NOTES:
+            if key in _NOTES:  # below the tables, after the name of their record
                 head = " ".join([*names, label.removesuffix("s")])
                 texts = [value] if isinstance(value, str) else value
                 self.notes += [f"{head}: {text}" for text in texts or () if text]
-            elif key == "set":
+            elif key == "set":  # what a user may try next; those of rows are too many
                 settings = value if isinstance(value, Mapping) and not path else {}
                 self.options += [f"{label}:"] * bool(settings)
                 self.options += [f"  --set {at}={_option(to)}" for at, to in settings.items()]
@@ -117,11 +117,11 @@ class _Walk:
                     further = [each for each in name if each not in names]
                     named = (*names, *further)
                     self._row(row, info, (*path, label), named, record.unit)
-            elif isinstance(value, BaseModel):
+            elif isinstance(value, BaseModel):  # part of this record, below its own label
                 place = len(record.cells)
                 record.cells.append(Cell(column, shown, "", Unit("")))
                 self._fields(value, record, path, names, column)
-                if "value" in type(value).model_fields:  # stands beside the label
+                if next(iter(type(value).model_fields)) == "value":  # stands beside the label
                     own = record.cells.pop(place + 1).value
                     record.cells[place] = Cell(column, shown, own, unit)
             elif not _is_left_out(value, info, alone=not record.name):
@@ -161,8 +161,9 @@ def _rows(label: str, value: Any) -> Iterator[tuple[tuple[str, ...], Any]]:
         any(_rows("", each)) for _, each in value if not isinstance(each, BaseModel)
     ):
         yield (label,), value
-    elif isinstance(value, Mapping) and any(
-        item is None or isinstance(item, BaseModel | Mapping) for item in value.values()
+    elif isinstance(value, Mapping) and (
+        any(isinstance(item, BaseModel | Mapping) for item in value.values())
+        or all(item is None for item in value.values())
     ):
         for key, item in value.items():
             if isinstance(item, Mapping):
@@ -260,8 +261,10 @@ def _scale(cells: Sequence[Cell | None]) -> Scale:
 
 
 def _numbers(value: Any) -> list[float]:
-    values = value if isinstance(value, list | tuple) else [value]
-    return [each for each in values if isinstance(each, float)]
+    values = value.values() if isinstance(value, dict) else value
+    return [
+        v for v in (values if isinstance(values, Iterable) else [values]) if isinstance(v, float)
+    ]
 
 
 def _is_number(cell: Cell | None) -> bool:
