@@ -151,12 +151,12 @@ class FitDocument(_Document):
     digest: str = Field(description="Hash of the table's numbers")
     force_map: ForceMapConfig = Field(description="To be set as force_map of a controller's model")
     fitted: list[str] = Field(description="Which of its fields are fits")
-    relative_rms: float = Field(
-        description="Residual of thrust over the largest at the same current, 1; made least"
+    relative_rms: float = si(
+        "Residual of thrust over the largest at the same current, 1; made least", "1", "%"
     )
     rms: float = Field(description="Residual of thrust over positions and currents, N")
     worst: float = Field(description="Largest residual, N")
-    worst_position: float = Field(description="Where, m from the aligned position")
+    worst_position: float = Field(description="Where, from the aligned position, m")
     worst_current: float = Field(description="At which current, A")
 
     @property

@@ -5679,7 +5679,7 @@ export interface components {
             worst: number;
             /**
              * Worst Position
-             * @description Where, m from the aligned position
+             * @description Where, from the aligned position, m
              */
             worst_position: number;
             /**
