@@ -178,7 +178,8 @@ def _rows(label: str, value: Any) -> Iterator[tuple[tuple[str, ...], Any]]:
 def _unit(info: FieldInfo) -> Unit:
     extra = info.json_schema_extra if isinstance(info.json_schema_extra, dict) else {}
     if "display_unit" in extra:
-        return Unit(str(extra["display_unit"]), float(str(extra["display_factor"])))
+        name = str(extra["display_unit"]).replace("\u00b5", "u")  # as elsewhere in a pipe
+        return Unit(name, float(str(extra["display_factor"])))
     stated = _UNIT.search(info.description or "")
     return Unit(unit_of_field(info) or (stated[1] if stated else ""))
 
