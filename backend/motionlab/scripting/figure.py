@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 
 from motionlab.errors import ConfigError, FieldError
 from motionlab.reports.svg_chart import LOOKS
+from motionlab.reports.units import scale_for
 from motionlab.scripting.channels import look_of
 
-_SHOWN = {"m": (1e6, "µm"), "m/s": (1e3, "mm/s")}
-_LARGE = 1e-3  # m; longer ones are shown in mm
 _WIDTH, _HEIGHT = 9.0, 2.4  # inch, of one panel
 _POINTS = 20_000  # of a curve
 _FURTHER = ("c", "d", "two", "e", "one")  # looks of further curves of a variant
@@ -52,7 +51,7 @@ def figure_of(
     time : ndarray, shape (n,)
         s.
     curves : sequence of Curve
-        Values in SI, shape (n,); lengths and velocities are shown in parts of it.
+        Values in SI, shape (n,); shown with the prefix of their unit that fits.
     title : str
         Above all panels.
     ax : Axes or sequence of Axes, optional
@@ -74,13 +73,13 @@ def figure_of(
         axes = _checked_axes(ax, [unit for unit, _ in panels])
         figure = axes[0].figure.figure  # that of a part, too
     for (unit, _), place, drawn in zip(panels, axes, panels.values(), strict=True):
-        factor, shown = _scale(unit, drawn)
+        scale = scale_for([_largest(each.values) for each in drawn], unit)
         taken: set[str] = set()
         for each in drawn:
             free = [look for look in (look_of(each.name), *_FURTHER) if look not in taken]
             look = free[0] if free else look_of(each.name)
             taken.add(look)
-            instants, values = _thinned(time, np.asarray(each.values, np.float64) * factor)
+            instants, values = _thinned(time, np.asarray(each.values, np.float64) / scale.size)
             place.plot(
                 instants,
                 values,
@@ -88,7 +87,7 @@ def figure_of(
                 linewidth=1.0,
                 label=each.name,
             )
-        place.set_ylabel(shown or "1")
+        place.set_ylabel(scale.unit or "1")
         place.grid(alpha=0.3)
         place.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, frameon=False)
     if title and ax is None:
@@ -108,13 +107,6 @@ def _checked_axes(ax: Any, units: list[str]) -> list[Axes]:
         panels = f"{len(units)}, of {', '.join(unit or '1' for unit in units)}"
         raise ConfigError(FieldError("ax", "must have an Axes for each panel", len(axes), panels))
     return axes
-
-
-def _scale(unit: str, curves: Sequence[Curve]) -> tuple[float, str]:
-    """Return factor and unit in which curves are shown."""
-    if unit == "m" and any(_largest(each.values) > _LARGE for each in curves):
-        return 1e3, "mm"
-    return _SHOWN.get(unit, (1.0, unit))
 
 
 def _largest(values: NDArray[Any]) -> float:
