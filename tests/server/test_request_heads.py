@@ -71,9 +71,8 @@ def test_a_long_head_that_comes_at_once_is_refused(server: Server, head: bytes) 
         with contextlib.suppress(ConnectionResetError):  # in the middle of an answer
             while piece := link.recv(1000):  # until the server closes it
                 answer += piece
-    assert b" 200 " not in answer.rpartition(b"HTTP/1.1")[2].partition(b"\r\n")[0]
-    texts = b"more than 65536 bytes.", b"Invalid HTTP request received."
-    assert answer.endswith(texts) or answer == b""
+    last = answer.rpartition(b"HTTP/1.1 ")[2]
+    assert last[:1] in {b"4", b""}, answer
 
 
 def test_a_large_body_may_come_in_small_pieces(server: Server, client: httpx.Client) -> None:

@@ -5,9 +5,7 @@ from __future__ import annotations
 import argparse
 import subprocess
 import sys
-import threading
-from concurrent.futures import ThreadPoolExecutor
-from importlib.util import find_spec
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from typing import Any
 
 from motionlab.cli.messages import say
@@ -19,11 +17,8 @@ examples:
   motionlab precompile
 """
 
-_PARTS = (
-    ("motionlab.simulation.precompile", "motionlab.server.preload"),
-    ("motionlab.drive.precompile",),
-)
-"""Modules that compile, in processes of their own: those of a line one after the other."""
+_PARTS = "motionlab.simulation.precompile", "motionlab.drive.precompile"
+"""Modules that compile, each in a process of its own."""
 
 
 def add(commands: Any) -> None:
@@ -41,26 +36,16 @@ def add(commands: Any) -> None:
 def _precompile(_: argparse.Namespace) -> int:
     from motionlab.lanes.compile_cache import cache_folder
 
-    modules, lock, share = sum(map(len, _PARTS)), threading.Lock(), 0.0
     with share_done("compile") as progress, ThreadPoolExecutor(len(_PARTS)) as threads:
-
-        def compile_in_turn(parts: tuple[str, ...]) -> None:
-            nonlocal share
-            for module in parts:
-                _compile(module)
-                with lock:
-                    share += 1.0 / modules
-                    progress(share)
-
         progress(0.0)
-        list(threads.map(compile_in_turn, _PARTS))
+        for count, done in enumerate(as_completed(threads.submit(_compile, m) for m in _PARTS), 1):
+            done.result()
+            progress(count / len(_PARTS))
     say(f"everything is compiled, in {cache_folder()}")
     return DONE
 
 
 def _compile(module: str) -> None:
-    if module.startswith("motionlab.server.") and find_spec("fastapi") is None:
-        return  # the extra lab is not installed
     done = subprocess.run(
         [sys.executable, "-m", module],
         stdin=subprocess.DEVNULL,

@@ -1,7 +1,7 @@
-"""Compile the kernels that a first simulation does not need, for later processes to find.
+"""Compile everything but drives ahead of its first use, for later processes to find.
 
-``python -m motionlab.simulation.precompile``: those of batches, then those with tables, then those
-of time-optimal profiles and of linearised loops.
+``python -m motionlab.simulation.precompile``: what a first simulation and a path need, the kernels
+of batches, then those with tables, of time-optimal profiles and linearised loops, and the rest.
 """
 
 from __future__ import annotations
@@ -9,11 +9,14 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
+from collections.abc import Mapping
+from importlib.util import find_spec
 from pathlib import Path
 
 from numba import float64
 
-from motionlab.config.load import load_scenario
+from motionlab.config.drawn_path import DrawnPath
+from motionlab.config.load import epochs, load_scenario
 from motionlab.config.planar import AXES
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.kernel.build import lane
@@ -21,18 +24,21 @@ from motionlab.kernel.force_maps import force_gain
 from motionlab.kernel.tick import control_once
 from motionlab.lanes import WIDE
 from motionlab.lanes.compile_cache import cache_folder
+from motionlab.loop.linearise import linearise
+from motionlab.motor_design.fem.compute import compute
+from motionlab.motor_design.fem.geometry import Geometry
 from motionlab.simulation.batch import run_prepared
-from motionlab.simulation.prepare import prepare
+from motionlab.simulation.prepare import limit_sets, prepare
+from motionlab.simulation.result import document
 from motionlab.simulation.run import run
+from motionlab.telemetry.expressions import evaluate
+from motionlab.trajectories.spline import outline
+from motionlab.trajectories.trajectory_check import examine
 
-_TIME_OPTIMAL = {
-    "kind": "path",
-    "points": [[0.0, 0.0], [0.01, 0.0], [0.01, 0.01]],
-    "law": "time_optimal",
-    "v_max": 0.1,
-    "a_max": 1.0,
-    "j_max": 20.0,
-}
+_PATH = {"kind": "path", "points": [[0.0, 0.0], [0.01, 0.0], [0.01, 0.01]]}
+_LAP = _PATH | {"closed": True, "lap_time": 2.0}
+_TIME_OPTIMAL = _PATH | {"law": "time_optimal", "v_max": 0.1, "a_max": 1.0, "j_max": 20.0}
+_GEOMETRIES = "polyline", "spline"
 
 
 def mark() -> Path:
@@ -40,10 +46,46 @@ def mark() -> Path:
     return cache_folder() / "batches"
 
 
+def first_use() -> None:
+    """Compile, or load, what a first simulation, its loop and the check of a path need."""
+    changes = {"trajectory": {"kind": "point", "duration": CONTROL_PERIOD}}
+    prepared = prepare(load_scenario("circle", changes))
+    document(prepared, run(prepared))
+    linearise(prepared.scenario, "A", "x", v=0.0)
+    for geometry in _GEOMETRIES:
+        _check(_LAP | {"geometry": geometry})
+    _check(_TIME_OPTIMAL | {"geometry": "spline"})
+
+
+def rare_use() -> None:
+    """Compile, or load, math channels with memory and, where scikit-fem is, finite elements."""
+    evaluate.warm_up()
+    if find_spec("skfem") is not None:  # it comes with the extra lab
+        compute(Geometry(), "preview")
+
+
+def _check(path: Mapping[str, object]) -> None:
+    scenario = prepare(load_scenario("circle", {"trajectory": path})).scenario
+    examine(scenario.trajectory, limit_sets(epochs(scenario)), bins=10)
+    if isinstance(drawn := scenario.trajectory, DrawnPath):
+        outline(drawn.points, closed=drawn.closed, corners=drawn.corners)
+
+
 def main() -> int:
-    """Compile missing kernels at low priority."""
+    """Compile what is missing at low priority."""
     with contextlib.suppress(OSError):
         os.nice(10)
+    first_use()
+    _compile_batches()
+    for geometry in _GEOMETRIES:
+        prepare(load_scenario("circle", {"trajectory": _TIME_OPTIMAL | {"geometry": geometry}}))
+    table = float64[:, ::1]
+    control_once.compile((table, table, float64[:, :, ::1], table))
+    rare_use()
+    return 0
+
+
+def _compile_batches() -> None:
     # Two ticks: arrays of one are contiguous whatever their strides, for which other code is made.
     point = {"trajectory": {"kind": "point", "duration": 2 * CONTROL_PERIOD}}
     for force_map in ({}, {"plant.force_map": "new-design"}):
@@ -55,11 +97,6 @@ def main() -> int:
             mark().touch()
         variant = next(iter(prepared.scenario.variants.values()))
         force_gain(lane(prepared.scenario, variant.controller, AXES[0]), 1.0)
-    for geometry in ("polyline", "spline"):
-        prepare(load_scenario("circle", {"trajectory": _TIME_OPTIMAL | {"geometry": geometry}}))
-    table = float64[:, ::1]
-    control_once.compile((table, table, float64[:, :, ::1], table))
-    return 0
 
 
 if __name__ == "__main__":

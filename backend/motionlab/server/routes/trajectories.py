@@ -234,18 +234,6 @@ routes.put(
 routes.delete("Delete a saved trajectory.")
 
 
-def warm_up() -> None:
-    """Load, or on the first start compile, the trajectory check."""
-    points = [[0.0, 0.0], [0.01, 0.0], [0.01, 0.01]]
-    for geometry in ("polyline", "spline"):
-        table = {"kind": "path", "points": points, "closed": True, "geometry": geometry}
-        body = CheckRequest(trajectory=table | {"lap_time": 2.0}, points=10)
-        _checked(body)
-    fast = {"law": "time_optimal", "v_max": 0.1, "a_max": 1.0, "j_max": 20.0}
-    table = {"kind": "path", "points": points, "geometry": "spline"}
-    _checked(CheckRequest(trajectory=table | fast, points=10))
-
-
 def _read(content: bytes, said: ReadQuery) -> ReadTrajectory:
     options = ReadOptions(
         format=None if said.format == "auto" else said.format,
