@@ -69,6 +69,7 @@ class Places:
 
     def __init__(self, settings: Settings) -> None:
         self._settings = settings
+        self.sockets = set[Socket]()
         self._open: dict[Any, Connection | Socket] = {}
 
     @property
@@ -77,10 +78,9 @@ class Places:
         return len(self._open)
 
     @property
-    def too_many_websockets(self) -> bool:
-        """Whether there are more than may be."""
-        sockets = sum(isinstance(each, Socket) for each in self._open.values())
-        return sockets > self._settings.websockets_max
+    def websockets_left(self) -> bool:
+        """Whether there may be another websocket."""
+        return len(self.sockets) < self._settings.websockets_max
 
     def enter(self, transport: asyncio.BaseTransport, connection: Connection | Socket) -> bool:
         """Take a place; return whether there is one."""
@@ -218,7 +218,8 @@ class Socket(asyncio.Protocol):
 
     def __init__(self, **options: Any) -> None:
         self.drained: Callable[[], None] = _nothing
-        self._protocol = WebSocketsSansIOProtocol(**options)
+        self._options = options
+        self._protocol = asyncio.Protocol()  # which does nothing
         self._loop = asyncio.get_running_loop()
         self._pieces: deque[bytes] = deque()
         self._begun = self._served = False
@@ -230,14 +231,20 @@ class Socket(asyncio.Protocol):
         self._counted = time.perf_counter()
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Take the place of the connection that it was."""
+        """Take the place of the connection that it was, or refuse it at no further cost."""
         self.transport = cast(asyncio.Transport, transport)
         self.places.enter(transport, self)
+        if not self.places.websockets_left:
+            _refuse(self.transport, _TOO_MANY)
+            return
+        self.places.sockets.add(self)
+        self._protocol = WebSocketsSansIOProtocol(**self._options)
         self._protocol.connection_made(cast(Any, _Transport(self.transport, self)))
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Free its place, and notify who waits to write."""
         self.places.leave(self.transport)
+        self.places.sockets.discard(self)
         if self._later is not None:
             self._later.cancel()
         self._pieces.clear()
@@ -367,7 +374,7 @@ def current() -> Connection | Socket:
 
 
 class ConnectionLimits:
-    """ASGI middleware that refuses long heads and too many websockets, and watches bodies."""
+    """ASGI middleware that refuses long heads, and tells connections what is served of them."""
 
     def __init__(self, app: ASGIApp) -> None:
         self.app = app
@@ -377,9 +384,6 @@ class ConnectionLimits:
         connection = _CURRENT.get(None)
         if scope["type"] == "websocket" and isinstance(connection, Socket):
             connection.begin()
-            if connection.places.too_many_websockets:
-                await PlainTextResponse(_TOO_MANY, 400)(scope, receive, send)
-                return
         elif scope["type"] == "http" and isinstance(connection, Connection):
             await self._answer(connection, scope, receive, send)
             return
