@@ -83,7 +83,7 @@ MAY_TAKE_TWO = {
     "drive/link/test_running.py": "a machine that stands still for 60 ms ends a motion on drives",
     "e2e/test_scene.py": "the 3-D view is drawn by software beside its server",
     "library/test_recording.py": "disks are filled and made read-only under servers that end",
-    "server/test_drive_motion.py": "a machine that stands still for 60 ms ends a motion on drives",
+    "drive/plug/test_motion.py": "a machine that stands still for 60 ms ends a motion on drives",
     "server/test_slow_clients.py": "what a slow client loses depends on when its process runs",
     "server/test_view3d.py": "processes are ended and started again while viewers connect",
 }
@@ -96,7 +96,7 @@ MOST_RETRIED = 2
 LONGEST = (
     "project/test_documented_commands.py",
     "server/test_fuzz.py",
-    "server/test_drive_motion.py",
+    "drive/plug/test_motion.py",
     "executors/test_executors.py",
     "library/test_recording.py",
     "server/test_view3d.py",
@@ -104,7 +104,7 @@ LONGEST = (
     "project/test_wheel.py",
     "paper/test_reproduce.py",
     "server/test_connections.py",
-    "server/test_drive.py",
+    "drive/plug/test_routes.py",
     "server/test_workers.py",
     "server/test_jobs.py",
     "studies/identify/test_experiment.py",

@@ -56,9 +56,9 @@ ELSEWHERE = {
     r"systemctl .*": "needs systemd; deploy.md says what was tried",
     r"git pull": "needs the repository's origin",
     r"motionlab serve (?!--show-settings).*": "runs until interrupted: test_wheel.py",
-    r"motionlab drive .*": "needs a server with drives: tests/server/test_drive_motion.py",
+    r"motionlab drive .*": "needs a server with drives: tests/drive/plug/test_motion.py",
     r"motionlab identify --run .*": "needs a run of drives: tests/drive/test_against_simulation.py",
-    r"\.venv/bin/python examples/drive_ab\.py": "tests/server/test_drive_motion.py",
+    r"\.venv/bin/python examples/drive_ab\.py": "tests/drive/plug/test_motion.py",
     r"motionlab vdrive( .*)?": "runs until interrupted; tests/drive/virtual/test_process.py",
     r"motionlab map( --json .*| --preset reference .*| --set g=0\.27.*)?": "minutes: test_map.py "
     "has smaller ones",

@@ -13,9 +13,9 @@ from motionlab.drive.virtual.process import VirtualDrive
 from motionlab.errors import DONE, FAILED
 from motionlab.server.settings import Settings
 from tests.drive.link.rig import SLOW, linked
+from tests.drive.plug.test_motion import BEFORE, DONE_BEFORE, DRIVE, MOTION, Operator, found
 from tests.server.live import until
 from tests.server.servers import PATIENCE, Server
-from tests.server.test_drive_motion import BEFORE, DONE_BEFORE, DRIVE, MOTION, Operator, found
 
 PLACE = f"{DRIVE}/commissioning"
 CHANGE = {"path": "x.offset", "now": 0.0, "then": 0.0012}

@@ -24,7 +24,6 @@ from motionlab.server.app import create_app
 from motionlab.server.settings import Settings
 from tests.paths import ROOT
 from tests.processes import children_of, runs
-from tests.server.conftest import MakeServer
 from tests.server.live import API, until
 from tests.server.openapi import Contract, body_examples
 from tests.server.servers import PATIENCE, Server
@@ -246,13 +245,11 @@ def test_a_loop_without_drives_outlives_a_silent_server_but_no_dead_one() -> Non
     ids=["no such card", "no address"],
 )
 def test_a_bus_that_is_not_there(
-    make_server: MakeServer,
-    changes: dict[str, Any],
-    expected: str,
-    caplog: pytest.LogCaptureFixture,
+    changes: dict[str, Any], expected: str, caplog: pytest.LogCaptureFixture
 ) -> None:
-    with caplog.at_level(logging.INFO, logger="motionlab"):
-        server = make_server(Settings(drive=link_to(**changes)))
+    with caplog.at_level(logging.INFO, logger="motionlab"), contextlib.ExitStack() as ended:
+        server = Server(Settings(drive=link_to(**changes)))
+        ended.callback(server.stop)
         with httpx.Client(base_url=server.url, timeout=PATIENCE) as drive:
             until(lambda: drive.get(DRIVE).json()["problem"] != "")
             status = drive.get(DRIVE).json()
