@@ -418,7 +418,7 @@ def test_many_runs_and_few_are_listed_alike(
         sample(
             name=f"run {i % 4}",
             tags=["odd"] if i % 2 else ["even", "all"],
-            note="night" if i % 3 else "no",
+            note="night" if i % 3 else "no.",
             metrics={f"A.x.{MAX}": (i % 5) * 1e-6} if i % 5 else {},
             deleted=1.0 if i == 8 else None,
             kind="live" if i < 6 else "simulation",
@@ -429,7 +429,7 @@ def test_many_runs_and_few_are_listed_alike(
     met = {
         "tag:odd": lambda run: "odd" in run.tags,
         "tag:even tag:all night": lambda run: "all" in run.tags and run.note == "night",
-        "no": lambda run: run.note == "no",
+        "o.": lambda run: run.note == "no.",
         "A.x.max<3um kind:live": lambda run: (
             0 < run.metrics.get(f"A.x.{MAX}", 0) < 2.5e-6 and run.kind == "live"
         ),

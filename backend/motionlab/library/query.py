@@ -22,7 +22,7 @@ from motionlab.errors import ConfigError, FieldError
 from motionlab.library.search import SORTS, Search, metric_name
 from motionlab.library.tables import METRICS, RUNS, TAGS, WORDS
 
-_FEW = 1000  # runs that are listed and sorted
+_FEW = 2000  # runs that are listed and sorted
 _KEPT_SEARCHES = 100  # of a connection
 _NUMBER_MAX = 2**31 - 1
 _TRIGRAM = 3  # characters; shorter words are in no index
@@ -31,11 +31,25 @@ _SIGNS = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.
 _TRIGRAMS = sa.table("run_words_trigrams", sa.column("rowid"), sa.column("words"))
 
 
+_Test = Callable[[sa.ColumnElement[int]], sa.ColumnElement[bool]]
+
+
 class _Condition(NamedTuple):
-    """What runs must meet: the numbers of those that do, and the test of a run by its number."""
+    """What runs must meet.
+
+    Attributes
+    ----------
+    runs : Select
+        The numbers of those that do.
+    test : callable
+        Returns whether the run of a number does.
+    counted_by : callable
+        The same for many runs, where a list of all that do is quicker to look up.
+    """
 
     runs: sa.Select[Any]
-    test: Callable[[sa.ColumnElement[int]], sa.ColumnElement[bool]]
+    test: _Test
+    counted_by: _Test
 
 
 @dataclass(frozen=True)
@@ -60,13 +74,13 @@ def find(
         missing = limit + 1 - len(rows)
         if total and missing > 0:
             tests = (each.test(walk.run) for each in (*conditions, *walk.conditions))
-            listed = walk.rows.where(*tests if few is None else [_among(walk.run, few)])
+            listed = walk.rows.where(*tests if few is None else [_listed(walk.run, few)])
             rows += connection.execute(listed.limit(missing))
     more = order.cursor(rows[limit - 1]) if len(rows) > limit else None
     return Hits([row.number for row in rows[:limit]], total, more)
 
 
-def _among(run: sa.ColumnElement[int], numbers: Sequence[int]) -> sa.ColumnElement[bool]:
+def _listed(run: sa.ColumnElement[int], numbers: Sequence[int]) -> sa.ColumnElement[bool]:
     # As text: a parameter for each costs more time than the query.
     return run.in_([sa.literal_column(",".join(map(str, numbers)), sa.Integer)])
 
@@ -111,16 +125,18 @@ def _state(connection: sa.Connection) -> Any:
 
 def _total(connection: sa.Connection, search: Search) -> tuple[int, list[int] | None]:
     """Return how many runs meet a search, and their numbers if they are few."""
-    elsewhere = _elsewhere(connection, search)
-    deleted = _meeting(_of_runs(search, deleted=True), *elsewhere)
-    there = deleted if search.deleted else _meeting(*elsewhere, _of_runs(search, deleted=False))
+    conditions = _elsewhere(connection, search)
+    if [*_own(search, RUNS)]:
+        conditions.append(_of_runs(search))
+    # Few are deleted: they are looked up first, and counted rather than tested for in each run.
+    deleted = _meeting(_of_runs(Search(), deleted=True), *conditions)
+    there = deleted if search.deleted else _meeting(*conditions, _of_runs(Search(), deleted=False))
     numbers = [*connection.scalars(there.limit(_FEW + 1))]
     if len(numbers) <= _FEW:
         return len(numbers), numbers
-    total = _count(deleted)
-    if not search.deleted:  # few are deleted: to count them is quicker than to test each run
-        own = [_of_runs(search)] if [*_own(search, RUNS)] or not elsewhere else []
-        total = _count(_meeting(*elsewhere, *own)) - total
+    first, *others = conditions or [_of_runs(search)]
+    many = _count(_where(first, [each.counted_by for each in others]))
+    total = many - _count(deleted) if not search.deleted else _count(deleted)
     return connection.execute(sa.select(total)).scalar_one(), None
 
 
@@ -130,8 +146,12 @@ def _count(runs: sa.Select[Any]) -> sa.ScalarSelect[int]:
 
 def _meeting(first: _Condition, *others: _Condition) -> sa.Select[Any]:
     """Return the numbers of the runs that meet all conditions, from the index of the first."""
+    return _where(first, [each.test for each in others])
+
+
+def _where(first: _Condition, tests: Sequence[_Test]) -> sa.Select[Any]:
     (run,) = first.runs.selected_columns
-    return first.runs.where(*(each.test(run) for each in others))
+    return first.runs.where(*(test(run) for test in tests))
 
 
 def _elsewhere(connection: sa.Connection, search: Search) -> list[_Condition]:
@@ -146,8 +166,7 @@ def _elsewhere(connection: sa.Connection, search: Search) -> list[_Condition]:
     if long and connection.dialect.name == "sqlite":
         phrases = " ".join('"' + word.replace('"', '""') + '"' for word in long)
         match = _TRIGRAMS.c.words.op("MATCH")(phrases)
-        numbers = sa.select(_TRIGRAMS.c.rowid).where(match)
-        conditions.append(_Condition(numbers, _contain(long).test))
+        conditions.append(_contain(long)._replace(runs=sa.select(_TRIGRAMS.c.rowid).where(match)))
     elif long:
         conditions.append(_contain(long))
     for tag in search.tags:
@@ -156,7 +175,8 @@ def _elsewhere(connection: sa.Connection, search: Search) -> list[_Condition]:
     for bound in search.bounds:
         metrics = METRICS.alias()
         within = _SIGNS[bound.sign](metrics.c.value, bound.value)
-        conditions.append(_in(metrics.c.run, metrics.c.metric == bound.metric, within))
+        met = _in(metrics.c.run, metrics.c.metric == bound.metric, within)
+        conditions.append(met._replace(counted_by=_one_of(met.runs)))
     if short:
         conditions.append(_contain(short))
     return conditions
@@ -195,13 +215,21 @@ def _is_deleted(runs: sa.FromClause, *, deleted: bool) -> sa.ColumnElement[bool]
 def _in(run: Any, *tests: sa.ColumnElement[bool]) -> _Condition:
     """Return the condition that a table has a row of the run that passes tests."""
     row = sa.exists().where(*tests).correlate_except(run.table)
-    return _Condition(sa.select(run).where(*tests), lambda number: row.where(run == number))
+
+    def test(number: sa.ColumnElement[int]) -> sa.ColumnElement[bool]:
+        return row.where(run == number)
+
+    return _Condition(sa.select(run).where(*tests), test, test)
+
+
+def _one_of(runs: sa.Select[Any]) -> _Test:
+    return lambda number: number.in_(runs)
 
 
 class _Walk(NamedTuple):
     """Runs in the order of a list, by an index: number and key; conditions that it leaves."""
 
-    rows: sa.Select[*tuple[Any, ...]]
+    rows: sa.Select[Any, Any]
     run: sa.ColumnElement[int]
     conditions: tuple[_Condition, ...] = ()
 
@@ -239,7 +267,7 @@ class _Order:
         having = sa.exists().where(METRICS.c.run == RUNS.c.number, METRICS.c.metric == self.metric)
         yield _Walk(self._rows(last, RUNS.c.number, after).where(*own, ~having), RUNS.c.number)
 
-    def _rows(self, key: Any, run: Any, after: tuple[Any, int] | None) -> sa.Select[Any]:
+    def _rows(self, key: Any, run: Any, after: tuple[Any, int] | None) -> sa.Select[Any, Any]:
         rows = sa.select(run.label("number"), key.label("key"))
         columns = (run,) if isinstance(key, sa.BindParameter) else (key, run)
         if after is not None:
