@@ -79,7 +79,7 @@ def test_the_command_prints_a_table_and_a_document(
 ) -> None:
     assert main(["glitches", run.id]) == DONE
     lines = [line.split() for line in capsys.readouterr().out.splitlines()]
-    heads = lines.index("rows time direction height delay rise duration".split())
+    heads = lines.index(["rows", "time", "direction", "height", "delay", "rise", "duration"])
     assert lines[heads + 1] == ["s", "um", "ms", "ms", "ms"]
     assert [line[:5] for line in lines[heads + 2 : heads + 4]] == [
         ["x", "A", "2.251", "1", "36.52"],

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Coroutine
-from typing import Annotated, Any
+from typing import Annotated, Any, cast
 
 from fastapi import APIRouter, Body, Request, Response
 from pydantic import BaseModel, Field, create_model
@@ -60,7 +60,7 @@ def _request_of(view: View) -> type[ViewRequest]:
     bases = (ViewRequest, view.options)
     model = create_model(name, __base__=bases, __module__=__name__, __doc__=summary)
     globals()[name] = model  # where workers look for the class of a request
-    return model
+    return cast(type[ViewRequest], model)
 
 
 def _endpoint(view: View) -> Callable[..., Coroutine[Any, Any, Response]]:
