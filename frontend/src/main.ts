@@ -1,5 +1,7 @@
 import { mount } from 'svelte';
 import './app.css';
+// Before the components, whose own rules win over it.
+import './utilities.css';
 import App from './App.svelte';
 import './controls.css';
 import './tables.css';

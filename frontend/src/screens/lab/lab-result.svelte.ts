@@ -1,6 +1,7 @@
 /** The result that the Lab shows, staged or in the motor, for headline and metrics alike. */
 
 import { app } from '../../app/store.svelte';
+import { LoopMargins } from '../../parts/loop/loops.svelte';
 import { driveEmptyText } from './headline';
 import { onDemand } from './on-demand.svelte';
 import { spanText } from '../../ui/units';
@@ -47,3 +48,6 @@ class LabResult {
 }
 
 export const labResult = new LabResult();
+
+/** The loops of the controllers that the Lab shows. */
+export const labLoops = new LoopMargins(app.api);
