@@ -26,8 +26,8 @@ if TYPE_CHECKING:
         sweep,
         tune,
     )
+    from motionlab.scripting.http_client import ServerRefused
     from motionlab.scripting.kept import KeptRun
-    from motionlab.scripting.lab_server import ServerRefused
     from motionlab.scripting.linear import linearise
     from motionlab.scripting.motion import trajectory
     from motionlab.scripting.run import Run
@@ -74,7 +74,7 @@ _HOMES = {
     "MotionLabError": "errors",
     "Run": "scripting.run",
     "RunWarning": "errors",
-    "ServerRefused": "scripting.lab_server",
+    "ServerRefused": "scripting.http_client",
     "Session": "scripting.session",
     "StudyResult": "scripting.study_result",
     "linearise": "scripting.linear",

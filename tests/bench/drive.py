@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.load import load_scenario
-from motionlab.config.shipped import config_root
+from motionlab.config.named_configs import config_root
 from motionlab.drive.faults import LINK_LOST
 from motionlab.drive.libc import (
     Clock,
@@ -38,7 +38,7 @@ from motionlab.drive.link.shared import Order, State, Status
 from motionlab.drive.motion import held_parameters, on_drives
 from motionlab.drive.virtual.process import VirtualDrive
 from motionlab.drive.virtual.segment import default_drive
-from motionlab.scripting.lab_server import HeldLease, LabServer
+from motionlab.scripting.http_client import HeldLease, LabServer
 from tests.bench.serving import API, Serving
 from tests.bench.stream import watching
 from tests.bench.table import Row

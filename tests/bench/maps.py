@@ -8,10 +8,10 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.motor_design.fem.cell import Cell
 from motionlab.motor_design.fem.compute import compute
 from motionlab.motor_design.fem.field import FieldModel
 from motionlab.motor_design.fem.force_map import ForceMap
+from motionlab.motor_design.fem.gap_permeance import Cell
 from motionlab.motor_design.fem.geometry import Geometry
 from motionlab.motor_design.fem.mesh import Resolution
 from motionlab.motor_design.fem.workers import FieldTask, fields

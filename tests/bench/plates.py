@@ -6,8 +6,8 @@ import statistics
 import time
 from collections.abc import Iterator
 
-from motionlab.motor_design.plate.document import platform
-from motionlab.motor_design.plate.inputs import read_platform_request
+from motionlab.motor_design.platform.document import platform
+from motionlab.motor_design.platform.inputs import read_platform_request
 from tests.bench.table import Row
 from tests.motor_design.textbook_plates import TEXTBOOK, coefficient
 

@@ -15,7 +15,7 @@ import pytest
 from motionlab.cli import main
 from motionlab.config.controller import LAW_PARAMETERS, CompensationConfig, Law
 from motionlab.config.load import load_scenario
-from motionlab.config.shipped import names
+from motionlab.config.named_configs import names
 from motionlab.config.template import template
 from motionlab.config.trajectory import KINDS, example
 from motionlab.simulation.prepare import prepare

@@ -14,7 +14,7 @@ import pytest
 
 from motionlab import __version__
 from motionlab.cli import main
-from motionlab.config.shipped import names
+from motionlab.config.named_configs import names
 
 QUICK = ["--set", "trajectory.laps=1", "--set", "trajectory.lead_in=0.5"]
 # A bare environment with what numba needs to find its cache, so that nothing is compiled anew.

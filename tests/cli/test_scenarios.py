@@ -10,7 +10,7 @@ import pytest
 
 from motionlab.cli import main
 from motionlab.config.load import load_scenario
-from motionlab.config.shipped import names
+from motionlab.config.named_configs import names
 
 
 def printed(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:

@@ -6,11 +6,11 @@ import tomllib
 
 import pytest
 
-from motionlab.config import changes, shipped, validation_errors
+from motionlab.config import changes, named_configs, validation_errors
 from motionlab.config.bounds import DEPTH_MAX, KEYS_MAX, check_depth
 from motionlab.config.changes import apply_changes
 from motionlab.config.load import load_scenario
-from motionlab.config.shipped import config_root, parse, parse_text
+from motionlab.config.named_configs import config_root, parse, parse_text
 from motionlab.errors import SHOWN_MAX, ConfigError, FieldError, shown
 
 LONG = "b." * 1000 + "c"
@@ -142,8 +142,8 @@ def test_many_complaints_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_long_word_is_not_compared(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(shipped.difflib, "get_close_matches", None)
-    assert shipped.did_you_mean("k" * 1000, ["kind"]) == ""
+    monkeypatch.setattr(named_configs.difflib, "get_close_matches", None)
+    assert named_configs.did_you_mean("k" * 1000, ["kind"]) == ""
 
 
 def test_what_is_shown_is_short() -> None:

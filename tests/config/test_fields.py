@@ -10,9 +10,9 @@ import pytest
 
 from motionlab.config.fields import FieldEntry, fields_of
 from motionlab.config.load import load_scenario
+from motionlab.config.named_configs import names
 from motionlab.config.quantity import FACTORS
 from motionlab.config.scenario import Scenario
-from motionlab.config.shipped import names
 from motionlab.studies.table import BY_KIND
 
 FIELDS = fields_of(Scenario)

@@ -10,7 +10,7 @@ import pytest
 
 from motionlab.config.changes import parse_assignments
 from motionlab.config.load import load_scenario
-from motionlab.config.shipped import config_root
+from motionlab.config.named_configs import config_root
 from motionlab.config.toml_lines import lines_of
 from motionlab.config.units import si_amount
 from motionlab.errors import ConfigError, FieldError

@@ -12,7 +12,7 @@ import pytest
 from motionlab.config.changes import parse_assignments
 from motionlab.config.force_map import ForceMapConfig
 from motionlab.config.load import epochs, load_scenario
-from motionlab.config.shipped import config_root, names, read
+from motionlab.config.named_configs import config_root, names, read
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.errors import ConfigError, FieldError
 

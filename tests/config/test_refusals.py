@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from motionlab.config.load import load_scenario
-from motionlab.config.shipped import names
+from motionlab.config.named_configs import names
 from motionlab.errors import ConfigError, FieldError
 
 GAIN = "variants.B.controller.x.k_p"

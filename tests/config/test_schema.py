@@ -13,9 +13,9 @@ import jsonschema
 import pytest
 
 from motionlab.config.load import load_scenario
+from motionlab.config.named_configs import config_root, names
 from motionlab.config.scenario import Scenario
 from motionlab.config.schema import FILES, file_schema, scenario_schema, schema_text
-from motionlab.config.shipped import config_root, names
 from motionlab.errors import ConfigError
 
 SCHEMA: dict[str, Any] = scenario_schema()

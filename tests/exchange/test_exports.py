@@ -17,7 +17,7 @@ from mcap.reader import make_reader
 from numpy.typing import NDArray
 
 from motionlab.config.load import load_scenario
-from motionlab.config.shipped import parse_text
+from motionlab.config.named_configs import parse_text
 from motionlab.errors import ConfigError
 from motionlab.exchange import exports
 from motionlab.exchange.exports import Source, check_selection, export, within

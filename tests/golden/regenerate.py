@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from motionlab.config.load import load_scenario
-from motionlab.config.shipped import names
+from motionlab.config.named_configs import names
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document
 from motionlab.simulation.run import run

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from motionlab.config.load import load_scenario
-from motionlab.config.shipped import names
+from motionlab.config.named_configs import names
 from tests.golden.regenerate import FILE, METRICS, measure
 
 GOLDEN: dict[str, Any] = json.loads(FILE.read_text(encoding="utf-8"))

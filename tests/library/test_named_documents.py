@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 import sqlalchemy as sa
 
-from motionlab.config.shipped import config_root
+from motionlab.config.named_configs import config_root
 from motionlab.errors import ConfigError, StoreFull, Unknown
 from motionlab.library.gain_sets import GainSet, gain_sets
 from motionlab.library.index import Index

@@ -12,7 +12,7 @@ import pytest
 
 from motionlab.config.force_map import ForceMapConfig, TableMapConfig
 from motionlab.config.load import load_scenario
-from motionlab.config.shipped import config_root
+from motionlab.config.named_configs import config_root
 from motionlab.errors import ConfigError, StoreError
 from motionlab.force_sharing.tables import share_cells
 from motionlab.lanes.bank import Bank

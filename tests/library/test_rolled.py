@@ -18,8 +18,8 @@ from motionlab.library.columns import of_run
 from motionlab.library.library import library
 from motionlab.library.run import Event, RunDetail, new_id
 from motionlab.reports.history import events
-from motionlab.reports.kept_reports import run_report
 from motionlab.reports.plots import marks
+from motionlab.reports.run_reports import run_report
 from motionlab.server.routes.run_files import _file_name
 from motionlab.telemetry.recorder import parquet_writer
 from tests.library.test_replay import keep, replayed

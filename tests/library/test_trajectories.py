@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from motionlab import files
-from motionlab.config.shipped import data_root
+from motionlab.config.named_configs import data_root
 from motionlab.errors import ConfigError, Shipped, StoreError, StoreFull, Unknown
 from motionlab.files import Summaries
 from motionlab.library import trajectories

@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from motionlab.config.shipped import config_root
+from motionlab.config.named_configs import config_root
 from motionlab.motor_design.fem import compute as computing
-from motionlab.motor_design.fem.cell import Cell
 from motionlab.motor_design.fem.circuit import circuit
 from motionlab.motor_design.fem.compute import compute
 from motionlab.motor_design.fem.field import FieldModel
+from motionlab.motor_design.fem.gap_permeance import Cell
 from motionlab.motor_design.fem.geometry import Geometry
 from motionlab.motor_design.fem.mesh import Columns, Resolution, mover, stator
 from motionlab.motor_design.fem.steel import MU_0, m19
-from motionlab.motor_design.fem.trust import uncertainty
+from motionlab.motor_design.fem.uncertainty import uncertainty
 from motionlab.motor_design.kept_maps import map_in
 from tests.motor_design.carter import carter
 

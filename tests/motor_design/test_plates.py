@@ -9,10 +9,10 @@ from motionlab.errors import ConfigError
 from motionlab.motor_design.fem.compute import compute
 from motionlab.motor_design.fem.force_map import ForceMap
 from motionlab.motor_design.fem.geometry import Geometry
-from motionlab.motor_design.plate.bending import Plate
-from motionlab.motor_design.plate.gap import closing, ratio
-from motionlab.motor_design.plate.inputs import Load, read_platform_request
-from motionlab.motor_design.plate.ribs import rib
+from motionlab.motor_design.platform.bending import Plate
+from motionlab.motor_design.platform.gap import closing, ratio
+from motionlab.motor_design.platform.inputs import Load, read_platform_request
+from motionlab.motor_design.platform.ribs import rib
 from tests.motor_design.textbook_plates import (
     POINT,
     TEXTBOOK,

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from motionlab.motor_design.plate.bending import Plate
-from motionlab.motor_design.plate.inputs import Load, Shape
+from motionlab.motor_design.platform.bending import Plate
+from motionlab.motor_design.platform.inputs import Load, Shape
 
 SIZE, THICKNESS, E, NU = 0.4, 8e-3, 70e9, 0.3
 RIGIDITY = E * THICKNESS**3 / (12 * (1 - NU**2))

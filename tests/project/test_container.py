@@ -12,8 +12,8 @@ import yaml
 from motionlab.cli import main
 from motionlab.config.drive import load_drive
 from motionlab.errors import ConfigError
-from motionlab.server.server_settings import load
 from motionlab.server.settings import Settings
+from motionlab.server.settings_sources import load
 from tests.library.served import Served
 from tests.project.dockerfile import ROOT, command, copied, is_ignored, stages
 from tests.server.servers import PATIENCE, Server

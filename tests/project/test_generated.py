@@ -19,9 +19,9 @@ from motionlab import __version__
 from motionlab.reports.problems import BY_STATUS, TYPES, Kind
 from motionlab.server.live.messages import CLIENT_MESSAGES, SERVER_MESSAGES, asyncapi
 from motionlab.server.prometheus import Monitor
-from motionlab.server.server_settings import PREFIX as VARIABLE
-from motionlab.server.server_settings import ServerSettings, unit_and_range
 from motionlab.server.settings import Bounds
+from motionlab.server.settings_sources import PREFIX as VARIABLE
+from motionlab.server.settings_sources import ServerSettings, unit_and_range
 from tests.fixtures.__main__ import QUESTION, WHAT_IF, what_if
 from tests.paths import ROOT
 

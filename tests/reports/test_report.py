@@ -22,8 +22,8 @@ from motionlab.exchange.measurements.document import ImportOptions
 from motionlab.exchange.measurements.runs import import_file
 from motionlab.library.library import library
 from motionlab.library.run import Event, RunDetail
-from motionlab.reports.kept_reports import comparison_report, run_report
 from motionlab.reports.recipe import recipe
+from motionlab.reports.run_reports import comparison_report, run_report
 from motionlab.reports.svg_plane import plane
 from motionlab.telemetry.decimate import min_max
 from tests.library.test_replay import altered, keep, rewrite

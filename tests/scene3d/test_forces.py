@@ -8,8 +8,8 @@ import pytest
 from motionlab.config.load import load_scenario
 from motionlab.scene3d import arrows, protocol, section
 from motionlab.scene3d.cameras import Camera, camera_of, label_place, stage_offsets
+from motionlab.scene3d.drawn_variant import DrawnVariant
 from motionlab.scene3d.geometry import TOP, Layout
-from motionlab.scene3d.pose import DrawnVariant
 from motionlab.scene3d.section import Section
 from motionlab.scene3d.section_view import section_arrows
 from motionlab.scene3d.stage_view import phase_arrows, phase_starts

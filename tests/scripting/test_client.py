@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import motionlab
-from motionlab.scripting.lab_server import ServerRefused
+from motionlab.scripting.http_client import ServerRefused
 from motionlab.server.settings import Settings
 from tests.server.live import until
 from tests.server.servers import Server

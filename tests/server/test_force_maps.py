@@ -10,7 +10,7 @@ from typing import Any
 import httpx
 import pytest
 
-from motionlab.config.shipped import config_root
+from motionlab.config.named_configs import config_root
 from motionlab.config.timing import CONTROL_PERIOD
 from tests.server.conftest import MakeLive
 from tests.server.live import API, until

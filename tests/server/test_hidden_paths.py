@@ -13,7 +13,7 @@ import httpx
 import pytest
 
 from motionlab import files
-from motionlab.config.shipped import config_root, data_root
+from motionlab.config.named_configs import config_root, data_root
 from motionlab.motor_design import kept_maps as maps
 from motionlab.server.settings import Settings
 from motionlab.server.view3d.processes import Scenes

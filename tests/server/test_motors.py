@@ -8,7 +8,7 @@ from typing import Any
 import httpx
 import pytest
 
-from motionlab.config.shipped import data_root
+from motionlab.config.named_configs import data_root
 
 MOTORS = "/api/v1/motors"
 FIT = {"value": 6.1, "low": 6.0, "high": 6.2, "before": 5.9, "unit": "kg"}

@@ -10,7 +10,7 @@ from typing import Any
 import httpx
 import pytest
 
-from motionlab.config.shipped import data_root
+from motionlab.config.named_configs import data_root
 from motionlab.library.library import spools
 from motionlab.library.spool import Spool
 from motionlab.server.live import run_recorder

@@ -14,8 +14,8 @@ from jsonschema import Draft202012Validator
 from motionlab import __version__
 from motionlab.cli import main
 from motionlab.config.load import load_scenario
+from motionlab.config.named_configs import names
 from motionlab.config.schema import scenario_schema
-from motionlab.config.shipped import names
 from motionlab.server.live.messages import CLIENT_MESSAGES, SERVER_MESSAGES
 from tests.paths import DOCS
 from tests.server.live import API, Live, Stream

@@ -18,7 +18,7 @@ import pytest
 import scipy.io
 from mcap.reader import make_reader
 
-from motionlab.config.shipped import data_root
+from motionlab.config.named_configs import data_root
 from motionlab.exchange.selection import FORMATS
 from motionlab.library.library import library
 from motionlab.library.run import RunDetail, new_id

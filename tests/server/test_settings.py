@@ -9,13 +9,13 @@ from typing import Any
 import pytest
 
 from motionlab.cli import main
-from motionlab.config import shipped
+from motionlab.config import named_configs
 from motionlab.errors import ConfigError
 from motionlab.library.library import quota
 from motionlab.server import serve
 from motionlab.server.memory_budget import recordable
-from motionlab.server.server_settings import PREFIX, ServerSettings, load
 from motionlab.server.settings import Bounds, Settings
+from motionlab.server.settings_sources import PREFIX, ServerSettings, load
 
 TOKEN = "0123456789abcdef"
 
@@ -102,7 +102,7 @@ def test_what_other_packages_read_is_handed_on(
     monkeypatch.delenv("MOTIONLAB_RUNS_MAX")
     file = written(tmp_path, "runs_max = 123")
     load({"data": str(tmp_path / "mine")}, str(file)).export()
-    assert shipped.data_root() == tmp_path / "mine"
+    assert named_configs.data_root() == tmp_path / "mine"
     assert quota() == 123
 
 
@@ -223,14 +223,14 @@ def test_where_the_data_are(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> 
     elsewhere = tmp_path / "elsewhere"
     (elsewhere / "data").mkdir(parents=True)  # of somebody's own
     monkeypatch.chdir(elsewhere)
-    assert shipped.data_root() == tmp_path / "home" / "motionlab"
-    (elsewhere / "data" / shipped.SERVER_LOCK).touch()
-    assert shipped.data_root() == Path("data")
+    assert named_configs.data_root() == tmp_path / "home" / "motionlab"
+    (elsewhere / "data" / named_configs.SERVER_LOCK).touch()
+    assert named_configs.data_root() == Path("data")
     checkout = tmp_path / "checkout"
     checkout.mkdir()
     monkeypatch.chdir(checkout)
-    monkeypatch.setattr(shipped, "_PACKAGE", checkout / "backend" / "motionlab")
-    assert shipped.data_root() == Path("data")
+    monkeypatch.setattr(named_configs, "_PACKAGE", checkout / "backend" / "motionlab")
+    assert named_configs.data_root() == Path("data")
 
 
 # -- the page in the browser ----------------------------------------------------------------------

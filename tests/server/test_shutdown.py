@@ -15,7 +15,7 @@ from tests.server.forkservers import LOADED
 SERVE = """
 import threading, time
 from motionlab.server import app, serve
-from motionlab.server.server_settings import load
+from motionlab.server.settings_sources import load
 
 serve._GRACE_SECONDS, serve._CLOSING_SECONDS = 1, 1.0
 make = app.create_app

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from motionlab.config.load import epochs, load_scenario
-from motionlab.config.shipped import names
+from motionlab.config.named_configs import names
 from motionlab.library import named_documents
 from motionlab.simulation.loop_check import run_loops
 from motionlab.simulation.prepare import limit_sets

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motionlab.config.load import load_scenario
-from motionlab.config.shipped import names
+from motionlab.config.named_configs import names
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.timeline import Timeline

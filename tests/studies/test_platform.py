@@ -14,7 +14,7 @@ import pytest
 from motionlab.cli import main
 from motionlab.motor_design.fem.compute import compute
 from motionlab.motor_design.fem.geometry import Geometry
-from motionlab.motor_design.plate.inputs import Load, MapLoad, PlatformRequest, Shape
+from motionlab.motor_design.platform.inputs import Load, MapLoad, PlatformRequest, Shape
 from tests.paths import DOCS
 from tests.server.live import API
 

@@ -7,7 +7,7 @@ import pytest
 from pydantic import TypeAdapter
 
 from motionlab.config.load import epochs, load_scenario
-from motionlab.config.shipped import names
+from motionlab.config.named_configs import names
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.errors import ConfigError, Infeasible

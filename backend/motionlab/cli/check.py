@@ -84,7 +84,7 @@ def _scenario(options: argparse.Namespace) -> Scenario:
     """Return the scenario: its own, or another's with the trajectory of a file."""
     from motionlab.config.changes import parse_assignments
     from motionlab.config.load import load_scenario
-    from motionlab.config.shipped import parse
+    from motionlab.config.named_configs import parse
 
     changes = parse_assignments(options.assignments)
     chosen = source(options)

@@ -73,7 +73,7 @@ def _place(page: str) -> Path:
     MotionLabError
         If there is no documentation.
     """
-    from motionlab.config.shipped import did_you_mean
+    from motionlab.config.named_configs import did_you_mean
     from motionlab.errors import ConfigError, FieldError, MotionLabError
 
     folders = (
@@ -123,7 +123,7 @@ def _say_what_is_taken(parser: argparse.ArgumentParser, of: dict[str, Any]) -> N
 
 def _scenarios() -> dict[str, Any]:
     """Return the completion of shipped scenarios and files."""
-    from motionlab.config.shipped import names
+    from motionlab.config.named_configs import names
 
     known = " ".join(names("scenarios"))
     function = "_motionlab_scenarios_and_files"

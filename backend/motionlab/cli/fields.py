@@ -103,7 +103,7 @@ def _of_kind(kind: str) -> list[FieldValue]:
         If there is no such kind.
     """
     from motionlab.config.fields import values_of
-    from motionlab.config.shipped import did_you_mean
+    from motionlab.config.named_configs import did_you_mean
     from motionlab.config.trajectory import KINDS, example
     from motionlab.errors import ConfigError, FieldError
 
@@ -122,7 +122,7 @@ def _matching(fields: list[FieldValue], pattern: str) -> list[FieldValue]:
     ConfigError
         If none does.
     """
-    from motionlab.config.shipped import did_you_mean
+    from motionlab.config.named_configs import did_you_mean
     from motionlab.errors import ConfigError, FieldError
 
     wild = any(sign in pattern for sign in "*?[")

@@ -53,7 +53,7 @@ def wrote(path: str) -> None:
 
 def names_run(text: str) -> bool:
     """Return whether it is the identifier or the name of a kept run, and no scenario."""
-    from motionlab.config.shipped import names
+    from motionlab.config.named_configs import names
     from motionlab.library.library import library
 
     if text == "-" or text in names("scenarios") or "/" in text or text.endswith(".toml"):

@@ -8,7 +8,7 @@ import textwrap
 from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
 
-from motionlab.config.shipped import did_you_mean
+from motionlab.config.named_configs import did_you_mean
 from motionlab.errors import BAD_INPUT, ConfigError, FieldError
 
 _CHOICE = re.compile(r"(.+?): invalid choice: '?(.*?)'? \(choose from (.*)\)")

@@ -127,7 +127,7 @@ def _channels_of(channels: Sequence[str], known: list[str]) -> list[str]:
     ConfigError
         If there is none of a name.
     """
-    from motionlab.config.shipped import did_you_mean
+    from motionlab.config.named_configs import did_you_mean
 
     if not channels:
         return [name for name in known if name.endswith(".following_error")] or known[:1]

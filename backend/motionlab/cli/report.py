@@ -40,7 +40,7 @@ def add(commands: Any) -> None:
 
 def _report(options: argparse.Namespace) -> int:
     from motionlab.files import complete_file
-    from motionlab.reports.kept_reports import comparison_report, run_report
+    from motionlab.reports.run_reports import comparison_report, run_report
 
     check_output(options.out, ".html", overwrite=options.overwrite)
     run = _complete("RUN", options.run)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from motionlab.cli.messages import say
 from motionlab.cli.output import add_overwrite, check_output, show, wrote
-from motionlab.config.shipped import names
+from motionlab.config.named_configs import names
 from motionlab.errors import DONE, FAILED
 from motionlab.executors.progress import tick_bar
 from motionlab.studies.options import add_json, add_scenario, add_set, source
@@ -89,7 +89,7 @@ def _run(options: argparse.Namespace) -> int:
         write(recording, options.out, metadata=metadata(prepared.scenario))
         wrote(options.out)
     if kept_runs is not None:
-        from motionlab.config.shipped import data_root
+        from motionlab.config.named_configs import data_root
         from motionlab.library.files import runs_url
 
         result["run"] = kept_runs.keep(prepared, recording, result, name=options.name).id

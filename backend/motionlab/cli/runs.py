@@ -71,7 +71,7 @@ def _list(options: argparse.Namespace) -> int:
 
 def _check_key(term: str) -> None:
     """Refuse ``foo:bar``; elsewhere it is a text to look for, here more likely an error."""
-    from motionlab.config.shipped import did_you_mean
+    from motionlab.config.named_configs import did_you_mean
     from motionlab.errors import ConfigError, FieldError
     from motionlab.library.search import KEYS
 

@@ -93,7 +93,7 @@ def add(commands: Any) -> None:
 
 
 def _list(options: argparse.Namespace) -> int:
-    from motionlab.config.shipped import names, read
+    from motionlab.config.named_configs import names, read
     from motionlab.reports.tables import table
 
     titles = {name: read("scenarios", name, loc="")["title"] for name in names("scenarios")}

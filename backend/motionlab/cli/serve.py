@@ -74,7 +74,7 @@ def _port(text: str) -> int:
 def _serve(options: argparse.Namespace) -> int:
     """Carry out ``motionlab serve``."""
     from motionlab.reports.tables import table
-    from motionlab.server.server_settings import load
+    from motionlab.server.settings_sources import load
 
     loaded = load({name: getattr(options, name) for name in _OPTIONS}, options.settings)
     if options.show_settings:

@@ -14,8 +14,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from motionlab.config.named_configs import ORIGIN, Kind, is_name, names, nearest, parse, read
 from motionlab.config.planar import AXES
-from motionlab.config.shipped import ORIGIN, Kind, is_name, names, nearest, parse, read
 from motionlab.errors import ConfigError, FieldError
 
 _MODEL_KEYS = ("mass", "friction", "force_map")

@@ -13,9 +13,9 @@ from pydantic import ValidationError
 from motionlab.config.changes import apply_changes, check_schedulable
 from motionlab.config.hints import add_hints
 from motionlab.config.includes import resolve
+from motionlab.config.named_configs import is_name, parse, read
 from motionlab.config.quantity import Config
 from motionlab.config.scenario import Scenario
-from motionlab.config.shipped import is_name, parse, read
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.config.toml_lines import add_places
 from motionlab.config.trajectory import TrajectoryConfig

@@ -10,8 +10,8 @@ import sys
 from typing import Any
 
 from motionlab.config.drive import DriveConfig
+from motionlab.config.named_configs import ORIGIN, OWN, Kind, config_root, names
 from motionlab.config.scenario import Scenario
-from motionlab.config.shipped import ORIGIN, OWN, Kind, config_root, names
 
 FILES = ("scenario", "motor", "controller", "trajectory", "drive")
 """Kinds of files, the parts of a scenario among them."""

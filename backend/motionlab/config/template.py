@@ -9,8 +9,8 @@ from typing import Any
 import tomli_w
 
 from motionlab.config.fields import FieldValue, values_of
+from motionlab.config.named_configs import config_root, names
 from motionlab.config.scenario import Scenario
-from motionlab.config.shipped import config_root, names
 
 _SKIPPED = {"kind", "name", "description", "planned_for"}
 _WHOLE = ("seed", "settling_band", "divergence_error", "thrust_reserve")

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, TypeGuard, TypeVar
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from motionlab.config.shipped import did_you_mean
+from motionlab.config.named_configs import did_you_mean
 from motionlab.config.units import si_amount
 from motionlab.errors import SHOWN_MAX, ConfigError, FieldError, Written, shown
 

@@ -10,7 +10,7 @@ import time
 from typing import TYPE_CHECKING, Any
 
 from motionlab.errors import DONE, FAILED, ConfigError, FieldError
-from motionlab.scripting.lab_server import ADDRESS, HeldLease, LabServer, ServerRefused
+from motionlab.scripting.http_client import ADDRESS, HeldLease, LabServer, ServerRefused
 from motionlab.studies.options import add_json, add_set, source
 
 if TYPE_CHECKING:
@@ -265,7 +265,7 @@ def _request(options: argparse.Namespace) -> dict[str, Any]:
     """Return a scenario, its changes and a variant, as the server takes them."""
     from motionlab.config.changes import parse_assignments
     from motionlab.config.load import load_scenario
-    from motionlab.config.shipped import names
+    from motionlab.config.named_configs import names
 
     variant = {} if options.variant is None else {"variant": options.variant}
     changes = parse_assignments(options.assignments)

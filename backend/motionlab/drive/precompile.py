@@ -11,7 +11,7 @@ import sys
 
 from motionlab.drive.ethercat import BRD, Datagram, frame
 from motionlab.drive.link.process import compile_loop
-from motionlab.drive.virtual.loop import STOP, carrier, run_loop
+from motionlab.drive.virtual.frame_thread import STOP, carrier, run_loop
 from motionlab.drive.virtual.segment import Segment, default_drive
 
 

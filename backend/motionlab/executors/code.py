@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from numba.core.registry import cpu_target
 
 from motionlab import __version__
-from motionlab.config.shipped import config_root
+from motionlab.config.named_configs import config_root
 from motionlab.errors import MotionLabError
 from motionlab.lanes.compile_cache import model_hash
 

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from motionlab.config.changes import apply_changes
 from motionlab.config.controller import LAWS, CompensationConfig
 from motionlab.config.load import load_scenario, validate
+from motionlab.config.named_configs import names
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario, VariantConfig
-from motionlab.config.shipped import names
 from motionlab.errors import ConfigError, shown
 from motionlab.library.run import Difference, Event, RunDetail
 from motionlab.library.search import HEADLINE

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 from pydantic import BaseModel, Field
 
 from motionlab.config.changes import as_tables
+from motionlab.config.named_configs import names
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
-from motionlab.config.shipped import names
 from motionlab.errors import ConfigError, FieldError
 from motionlab.library.description import headline
 from motionlab.loop.linearise import SLIDING, NoLinearisation, linearise

@@ -15,7 +15,7 @@ from typing import Any
 
 from motionlab.analysis.latest_metrics import latest_metrics
 from motionlab.config.load import load_scenario
-from motionlab.config.shipped import data_root
+from motionlab.config.named_configs import data_root
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.errors import (
     Busy,

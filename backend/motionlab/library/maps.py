@@ -6,7 +6,7 @@ import contextlib
 from pathlib import Path
 from typing import NamedTuple
 
-from motionlab.config.shipped import is_name
+from motionlab.config.named_configs import is_name
 from motionlab.errors import ConfigError, Shipped
 from motionlab.files import Summaries
 from motionlab.library.named_documents import NamedDocuments, removed_file

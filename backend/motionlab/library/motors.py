@@ -7,8 +7,8 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, Field
 
 from motionlab.config.includes import resolve
+from motionlab.config.named_configs import ORIGIN, is_name, names, read
 from motionlab.config.plant import PlantConfig
-from motionlab.config.shipped import ORIGIN, is_name, names, read
 from motionlab.config.validation_errors import checked
 from motionlab.errors import ConfigError, FieldError
 from motionlab.library.named_documents import TomlDocuments

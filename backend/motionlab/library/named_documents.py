@@ -8,7 +8,7 @@ from typing import Any, Generic, TypeVar
 
 import tomli_w
 
-from motionlab.config.shipped import (
+from motionlab.config.named_configs import (
     Kind,
     config_root,
     data_root,

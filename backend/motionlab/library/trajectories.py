@@ -10,7 +10,7 @@ from pydantic import BaseModel, Field
 
 from motionlab.config.bounds import FILE_MAX
 from motionlab.config.load import validate_trajectory
-from motionlab.config.shipped import parse_text, read
+from motionlab.config.named_configs import parse_text, read
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.errors import ConfigError, FieldError
 from motionlab.files import Summaries, opened

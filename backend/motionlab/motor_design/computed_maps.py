@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from motionlab.config.shipped import data_root
+from motionlab.config.named_configs import data_root
 from motionlab.errors import FieldError
 from motionlab.motor_design.fem.compute import PRESETS, Progress, compute
 from motionlab.motor_design.fem.document import MapEntry, MapRequest, entry

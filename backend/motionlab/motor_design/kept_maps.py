@@ -10,7 +10,7 @@ from contextvars import ContextVar
 from pathlib import Path
 from typing import NamedTuple
 
-from motionlab.config.shipped import config_root, data_root, did_you_mean, is_name
+from motionlab.config.named_configs import config_root, data_root, did_you_mean, is_name
 from motionlab.errors import ConfigError, FieldError, StoreFull
 from motionlab.files import Stamp, failure, opened, replace, stamp
 from motionlab.motor_design.fem.force_map import SIZE_MOST, ForceMap, PresetName, content_hash

@@ -305,7 +305,7 @@ def _late_mean(axis: str, changes: dict[str, Any]) -> Compute:
     return compute
 
 
-def response(run: Run, axis: str) -> complex:
+def error_gain(run: Run, axis: str) -> complex:
     """Return error over reference at the circle's frequency, amplitude and phase."""
     start, stop = run.prepared.window
     time = np.arange(start, stop) * CONTROL_PERIOD
@@ -317,7 +317,7 @@ def response(run: Run, axis: str) -> complex:
 
 def _amplitude(axis: str) -> Compute:
     def compute(experiments: Experiments) -> RowResult:
-        gain = response(experiments.run("circle", NO_FRICTION), axis)
+        gain = error_gain(experiments.run("circle", NO_FRICTION), axis)
         return RowResult(abs(gain) * _RADIUS)
 
     return compute
@@ -325,7 +325,7 @@ def _amplitude(axis: str) -> Compute:
 
 def _phase(axis: str) -> Compute:
     def compute(experiments: Experiments) -> RowResult:
-        gain = response(experiments.run("circle", NO_FRICTION), axis)
+        gain = error_gain(experiments.run("circle", NO_FRICTION), axis)
         return RowResult(float(np.angle(gain)) % (2.0 * math.pi))
 
     return compute

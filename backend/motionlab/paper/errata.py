@@ -12,7 +12,7 @@ from motionlab.force_sharing.pole_pitch import share_over
 from motionlab.kernel.force_maps import force_model
 from motionlab.loop.steady_state_error import sine_error
 from motionlab.paper import errata_design
-from motionlab.paper.control import NO_FRICTION, NOISELESS, published, response, terms
+from motionlab.paper.control import NO_FRICTION, NOISELESS, error_gain, published, terms
 from motionlab.paper.documents import Erratum
 from motionlab.paper.experiments import Experiments
 from motionlab.paper.motions import MATCHED, PRINTED
@@ -149,7 +149,7 @@ def phase(experiments: Experiments) -> Erratum:
     printed = math.atan(w * k_d / (M * w**2 - k_p))
     right = sine_error(M, k_p, k_d, B=0.015, w=w).phase
     run = experiments.run("circle", NO_FRICTION)
-    measured = float(np.angle(response(run, "x")))
+    measured = float(np.angle(error_gain(run, "x")))
     return Erratum(
         id="eq42",
         place="(42)",

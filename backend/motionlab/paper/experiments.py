@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from motionlab.config.load import load_scenario
-from motionlab.config.shipped import data_root
+from motionlab.config.named_configs import data_root
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.motor_design.computed_maps import computed_or_kept
 from motionlab.motor_design.design import design

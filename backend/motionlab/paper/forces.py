@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.motor_design.fem.force_map import ForceMap
-from motionlab.motor_design.fem.trust import MEASURED_NOT_COMPARABLE
+from motionlab.motor_design.fem.uncertainty import MEASURED_NOT_COMPARABLE
 from motionlab.paper.documents import FigureAxis, Number, PaperFigure
 from motionlab.paper.experiments import Build, Experiments, curve
 from motionlab.paper.printed_number import (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from motionlab.config.shipped import did_you_mean
+from motionlab.config.named_configs import did_you_mean
 from motionlab.errors import ConfigError, FieldError
 from motionlab.paper.control import PERFORMANCE, PERFORMANCE_ROWS, STABILITY, STABILITY_ROWS
 from motionlab.paper.design import LIMITS, PLATFORM_ROWS, PLATFORMS, SIZING, SIZING_ROWS

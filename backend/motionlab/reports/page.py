@@ -8,7 +8,7 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader
 
-from motionlab.config.shipped import names
+from motionlab.config.named_configs import names
 from motionlab.library.description import DIFFERENCES_MAX
 from motionlab.loop.linearise import SLIDING
 from motionlab.loop.margins import MEANINGS

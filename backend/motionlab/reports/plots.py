@@ -56,7 +56,7 @@ class Plot(NamedTuple):
     traces: list[Trace]
 
 
-def memory(run: RunDetail) -> int:
+def plots_memory(run: RunDetail) -> int:
     """Return the memory that the plots of a run take, bytes."""
     widest = max((len(each.traces) for each in report_charts(run)), default=1)
     columns = max(widest, 2 + 2 * len(_drawn(run)))

@@ -10,8 +10,8 @@ from typing import Any
 
 from motionlab.config.changes import as_tables
 from motionlab.config.load import load_scenario
+from motionlab.config.named_configs import names
 from motionlab.config.scenario import Scenario
-from motionlab.config.shipped import names
 from motionlab.errors import ConfigError
 
 _SET_MAX = 40

@@ -17,7 +17,7 @@ from motionlab.scene3d.colours import (
     current_levels,
     linear,
 )
-from motionlab.scene3d.pose import DrawnVariant
+from motionlab.scene3d.drawn_variant import DrawnVariant
 from motionlab.scene3d.protocol import Values
 from motionlab.scene3d.section import IN_FRONT, NORMAL_SCALE, THRUST_SCALE, Section
 from motionlab.scene3d.stage_view import arrays, move

@@ -25,8 +25,8 @@ from motionlab.scene3d.colours import (
     current_levels,
     linear,
 )
+from motionlab.scene3d.drawn_variant import DrawnVariant
 from motionlab.scene3d.geometry import AIR_GAP, BEAM, TOP, Array, Layout, Mesh, coils, core, turned
-from motionlab.scene3d.pose import DrawnVariant
 from motionlab.scene3d.protocol import Values
 from motionlab.scene3d.view_settings import ViewSettings
 

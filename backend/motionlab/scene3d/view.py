@@ -10,8 +10,8 @@ from __future__ import annotations
 import viser
 
 from motionlab.scene3d.cameras import camera_of, stage_offsets
+from motionlab.scene3d.drawn_variant import DrawnVariant
 from motionlab.scene3d.geometry import Layout
-from motionlab.scene3d.pose import DrawnVariant
 from motionlab.scene3d.protocol import SceneDescription, Values
 from motionlab.scene3d.section import Section
 from motionlab.scene3d.section_view import SectionView

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.config.shipped import did_you_mean
+from motionlab.config.named_configs import did_you_mean
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, FieldError, naming_extras
 from motionlab.files import check_target, complete_file

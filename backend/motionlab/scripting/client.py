@@ -11,6 +11,7 @@ from typing import Any
 from motionlab.config.load import load_scenario
 from motionlab.errors import ConfigError, FieldError, MotionLabError
 from motionlab.scripting.channels import Record
+from motionlab.scripting.http_client import ADDRESS, LabServer, ServerRefused
 from motionlab.scripting.kept import KeptRun
 from motionlab.scripting.lab import (
     Changes,
@@ -22,7 +23,6 @@ from motionlab.scripting.lab import (
     shown_share,
     tables,
 )
-from motionlab.scripting.lab_server import ADDRESS, LabServer, ServerRefused
 from motionlab.scripting.run import Run
 from motionlab.scripting.session import Session, parquet_of
 from motionlab.scripting.study_result import StudyResult

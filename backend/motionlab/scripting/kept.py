@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from motionlab.config.load import load_scenario
 from motionlab.config.scenario import Scenario
 from motionlab.scripting.channels import Channels
-from motionlab.scripting.session import described_in, record_in
+from motionlab.scripting.session import described_in, record_of_file
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -29,7 +29,7 @@ class KeptRun(Channels):
     def __init__(self, detail: Mapping[str, Any], file: Callable[[], ParquetFile]) -> None:
         opened = functools.cache(file)
         columns = described_in(detail["columns"])
-        super().__init__(columns, lambda: record_in(opened()))
+        super().__init__(columns, lambda: record_of_file(opened()))
         self.detail = detail
 
     @property

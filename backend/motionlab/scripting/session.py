@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from motionlab.config.timing import to_ticks
 from motionlab.errors import ConfigError, FieldError, naming_extras
 from motionlab.scripting.channels import Channels, Kept, Record
+from motionlab.scripting.http_client import LabServer, ServerRefused
 from motionlab.scripting.lab import check_number, plain
-from motionlab.scripting.lab_server import LabServer, ServerRefused
 from motionlab.telemetry.channels import Channel
 from motionlab.telemetry.frames import decode
 from motionlab.telemetry.parquet import column_descriptions
@@ -278,7 +278,9 @@ def _streamed(
 def from_parquet(data: bytes) -> Channels:
     """Return the channels of a Parquet file of telemetry; read when they are asked for."""
     file = parquet_of(data)
-    return Channels(described_in(column_descriptions(file.schema_arrow)), lambda: record_in(file))
+    return Channels(
+        described_in(column_descriptions(file.schema_arrow)), lambda: record_of_file(file)
+    )
 
 
 @naming_extras("a recording of a server")
@@ -294,7 +296,7 @@ def described_in(columns: Sequence[Mapping[str, str]]) -> dict[str, Channel]:
     return {each["name"]: Channel(each["name"], each["unit"], each["meaning"]) for each in columns}
 
 
-def record_in(file: parquet.ParquetFile) -> Record:
+def record_of_file(file: parquet.ParquetFile) -> Record:
     """Return what a Parquet file of telemetry holds."""
     ticks = file.read(columns=["tick"])["tick"]
     first = int(ticks[0].as_py()) if len(ticks) else 0

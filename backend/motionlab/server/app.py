@@ -15,7 +15,7 @@ from fastapi.responses import PlainTextResponse
 from prometheus_client import CONTENT_TYPE_LATEST
 
 from motionlab import __version__
-from motionlab.config.shipped import data_root
+from motionlab.config.named_configs import data_root
 from motionlab.library.job_records import RecordStore
 from motionlab.server.garbage_collection import GarbageCollection
 from motionlab.server.http import openapi, page, problems

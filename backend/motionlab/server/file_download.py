@@ -11,7 +11,7 @@ from pathlib import Path
 from fastapi import HTTPException, Request
 from starlette.datastructures import State
 
-from motionlab.config.shipped import data_root
+from motionlab.config.named_configs import data_root
 from motionlab.errors import StoreFull
 from motionlab.library.library import FREE_LEAST
 from motionlab.server.http.download import Download, temporary_folder

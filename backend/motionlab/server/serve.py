@@ -22,7 +22,7 @@ import uvicorn
 from fastapi import FastAPI
 
 from motionlab.config.drive import load_drive
-from motionlab.config.shipped import SERVER_LOCK, config_root, data_root
+from motionlab.config.named_configs import SERVER_LOCK, config_root, data_root
 from motionlab.errors import ConfigError, FieldError
 from motionlab.executors.executor import executing
 from motionlab.files import make_private, private_file, private_folder, remove_leftovers
@@ -32,8 +32,8 @@ from motionlab.server.app import create_app
 from motionlab.server.http import access_log, download
 from motionlab.server.http.connection_limits import protocols
 from motionlab.server.http.page import page_root
-from motionlab.server.server_settings import Loaded
 from motionlab.server.settings import LOOPBACK, Bounds, Settings
+from motionlab.server.settings_sources import Loaded
 
 _DATA = (
     SERVER_LOCK,

@@ -10,10 +10,10 @@ from motionlab import __version__
 from motionlab.analysis.metrics import variant_metrics
 from motionlab.analysis.variant_comparison import compare
 from motionlab.config.includes import resolve
+from motionlab.config.named_configs import names, own_motors
 from motionlab.config.planar import AXES
 from motionlab.config.plant import PlantConfig
 from motionlab.config.scenario import Scenario, VariantConfig
-from motionlab.config.shipped import names, own_motors
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.kernel.force_maps import maps_of
 from motionlab.lanes import model_hash

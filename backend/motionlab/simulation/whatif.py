@@ -105,7 +105,7 @@ def run_changed(
     return run(changed)
 
 
-def ticks_at_most(changed: Prepared, extent: Extent) -> int:
+def recorded_ticks_max(changed: Prepared, extent: Extent) -> int:
     """Return the most ticks that `run_changed` records of a scenario."""
     tick, stop = _stretch(changed, extent)
     affordable = changed.work <= extent.work_max

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from motionlab.config.bounds import FILE_MAX
-from motionlab.config.shipped import names, parse_text
+from motionlab.config.named_configs import names, parse_text
 from motionlab.errors import ConfigError, FieldError
 
 

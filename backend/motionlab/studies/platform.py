@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 from motionlab.studies.study import Progress, Study, StudyCommand, lazy
 
 if TYPE_CHECKING:
-    from motionlab.motor_design.plate.document import PlatformDocument
-    from motionlab.motor_design.plate.inputs import PlatformRequest
+    from motionlab.motor_design.platform.document import PlatformDocument
+    from motionlab.motor_design.platform.inputs import PlatformRequest
 
 _EXAMPLES = """\
 examples:
@@ -32,9 +32,9 @@ class PlatformStudy(Study):
     path = "/design/platform"
     operation = "bendPlatform"
     tag = "design"
-    request_model = lazy("motor_design.plate.inputs:PlatformRequest")
-    document_model = lazy("motor_design.plate.document:PlatformDocument")
-    read = lazy("motor_design.plate.inputs:read_platform_request")
+    request_model = lazy("motor_design.platform.inputs:PlatformRequest")
+    document_model = lazy("motor_design.platform.document:PlatformDocument")
+    read = lazy("motor_design.platform.inputs:read_platform_request")
     bodies = (
         {"axis": "x"},
         {"axis": "y", "new": {"rib_height": 0.04}},
@@ -54,7 +54,7 @@ class PlatformStudy(Study):
     def run(self, plan: PlatformRequest, progress: Progress) -> PlatformDocument:
         """Bend both platforms."""
         from motionlab.motor_design.kept_maps import named_map
-        from motionlab.motor_design.plate.document import platform
+        from motionlab.motor_design.platform.document import platform
 
         return platform(plan, None if plan.map is None else named_map(plan.map.name, "map"))
 

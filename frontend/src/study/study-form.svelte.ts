@@ -20,7 +20,7 @@ import {
   refusal,
   served,
 } from '../app/fields/fields.svelte';
-import { type ScenarioSource, sourceOf, wholeOf } from '../app/jobs/job-request';
+import { type ScenarioSource, inlineScenarioOf, wholeOf } from '../app/jobs/job-request';
 import { JobStore } from '../app/jobs/job-store.svelte';
 import { load, recordOf, save } from '../app/storage';
 import { app } from '../app/store.svelte';
@@ -325,7 +325,7 @@ export class ScenarioForm extends StudyForm {
   /** Whether a request is of another scenario than the one that is shown now. */
   otherThan(request: Request | undefined): boolean {
     if (!request || !this.question) return false;
-    const then = sourceOf(request);
+    const then = inlineScenarioOf(request);
     if (!then) return request['scenario'] !== this.source;
     const { resolved } = app.catalogue;
     return !equal(wholeOf(then, resolved), wholeOf(this.question, resolved));

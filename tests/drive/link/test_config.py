@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from motionlab.config.drive import load_drive
-from motionlab.config.shipped import config_root
+from motionlab.config.named_configs import config_root
 from motionlab.errors import ConfigError
 
 SHIPPED = (config_root() / "drives" / "virtual.toml").read_text()

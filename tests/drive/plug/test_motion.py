@@ -21,7 +21,7 @@ import pytest
 
 from motionlab.cli.main import main
 from motionlab.config.drive import load_drive
-from motionlab.config.shipped import data_root
+from motionlab.config.named_configs import data_root
 from motionlab.drive.commissioning import currents, seal
 from motionlab.drive.commissioning.record import ORDER, CommissioningRecord
 from motionlab.drive.lease import SECONDS

@@ -24,7 +24,13 @@ from motionlab.studies.identify.experiment import identify, plan, plan_document
 from motionlab.studies.identify.fit import Fitted, fit_sliding
 from motionlab.studies.identify.rig import Rig
 from motionlab.studies.identify.sliding import Doubt, in_words
-from motionlab.studies.identify.thrust import STEP, CurrentLoops, readings, reported, thrust_within
+from motionlab.studies.identify.thrust_from_currents import (
+    STEP,
+    CurrentLoops,
+    drive_readings,
+    readings,
+    thrust_within,
+)
 from motionlab.telemetry.recording import VariantRecord
 from tests.simulated import play, true_map
 
@@ -386,7 +392,7 @@ def test_what_a_period_leaves_of_a_deviation_is_read_off(delay: int, noise: floa
     command = np.random.default_rng(7).uniform(0.0, 5.0, (3, 4000))
     loops = CurrentLoops(delay)
     current = driven(command, 0.3, delay, noise)
-    loops.learn(command, reported(current, AmplifierConfig()))
+    loops.learn(command, drive_readings(current, AmplifierConfig()))
     assert loops.left_over == pytest.approx(0.3, abs=1e-4 if noise == 0.0 else 5e-4)
     assert np.sqrt(loops.variance) == pytest.approx(noise, abs=3e-4)
 
@@ -396,7 +402,7 @@ def test_currents_are_known_better_than_they_are_read() -> None:
     command = 2.0 + np.sin(np.arange(4000) / 40.0)[None, :] * np.array([[1.0], [0.5], [0.1]])
     for noise, r in ((0.0, 0.05), (0.005, 0.7), (0.01, 0.05)):
         current = driven(command, r, 0, noise)
-        read = reported(current, AmplifierConfig())
+        read = drive_readings(current, AmplifierConfig())
         loops = CurrentLoops(0)
         loops.learn(command, read)
         smoothed = loops.smooth(command, read)
@@ -417,7 +423,7 @@ def test_loops_that_follow_at_once_leave_nothing() -> None:
 def test_drives_report_steps_and_hide_their_own_errors() -> None:
     sensor = AmplifierConfig(gain=(1.02, 1.0, 0.0), offset=(0.1, 0.0, -0.05))
     true = np.array([[2.14], [1.2345], [-0.05]])
-    assert reported(true, sensor)[:, 0] == pytest.approx([2.0, 1.23, 0.0])
+    assert drive_readings(true, sensor)[:, 0] == pytest.approx([2.0, 1.23, 0.0])
 
 
 def test_the_thrust_of_a_period_is_the_motors_where_the_map_is_its_own() -> None:

@@ -13,8 +13,8 @@ from typing import Any
 from pydantic import BaseModel, Field
 
 from motionlab.config.drive import DriveConfig
+from motionlab.config.named_configs import data_root
 from motionlab.config.scenario import Scenario
-from motionlab.config.shipped import data_root
 from motionlab.drive.commissioning.checks import (
     ByHand,
     compare_identity,

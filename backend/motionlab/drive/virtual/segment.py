@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from motionlab.config.drive import DriveConfig, load_drive
 from motionlab.config.load import load_scenario
+from motionlab.config.named_configs import config_root
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
-from motionlab.config.shipped import config_root
 from motionlab.drive.ethercat import (
     INIT,
     REGISTER_AL_CONTROL,

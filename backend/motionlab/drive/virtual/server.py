@@ -16,7 +16,7 @@ from typing import Any
 
 from motionlab.drive.ethercat import ETHERTYPE
 from motionlab.drive.virtual.control import LOOPBACK, DriveFailed
-from motionlab.drive.virtual.loop import MAC_HEADER, STOP, carrier, run_loop
+from motionlab.drive.virtual.frame_thread import MAC_HEADER, STOP, carrier, run_loop
 from motionlab.drive.virtual.segment import Segment
 from motionlab.errors import ConfigError, FieldError
 

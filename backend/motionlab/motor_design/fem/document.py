@@ -11,7 +11,7 @@ from motionlab.config.quantity import Config, choices
 from motionlab.motor_design.fem.force_map import ForceMap, PresetName
 from motionlab.motor_design.fem.geometry import Geometry
 from motionlab.motor_design.fem.report import summary
-from motionlab.motor_design.fem.trust import Published, Uncertainty, published, uncertainty
+from motionlab.motor_design.fem.uncertainty import Published, Uncertainty, published, uncertainty
 
 PRESETS = choices(
     ("preview", "preview", "Magnetic circuit, at once"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from motionlab.motor_design.fem.force_map import ForceMap
-from motionlab.motor_design.fem.trust import published, uncertainty
+from motionlab.motor_design.fem.uncertainty import published, uncertainty
 
 _CURRENTS = 6
 _FINE = 361

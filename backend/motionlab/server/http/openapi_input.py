@@ -10,9 +10,9 @@ from pydantic import BaseModel, ConfigDict, Field, GetJsonSchemaHandler, TypeAda
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
+from motionlab.config.named_configs import names
 from motionlab.config.scenario import Scenario
 from motionlab.config.schema import scenario_schema
-from motionlab.config.shipped import names
 from motionlab.config.trajectory import TrajectoryConfig
 
 ID = "^[A-Za-z0-9_-]{12}$"

@@ -53,12 +53,12 @@ def _file(answer: CallResult, name: str) -> Response:
 
 
 def _run_report(call: Call, run_id: str) -> bytes:
-    from motionlab.reports.kept_reports import run_report
+    from motionlab.reports.run_reports import run_report
 
     return run_report(run_id, call.hold)
 
 
 def _comparison_report(call: Call, body: CompareRequest) -> bytes:
-    from motionlab.reports.kept_reports import comparison_report
+    from motionlab.reports.run_reports import comparison_report
 
     return comparison_report(body.a, body.b, body, call.hold)

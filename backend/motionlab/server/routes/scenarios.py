@@ -9,9 +9,9 @@ from pydantic import BaseModel, Field
 
 from motionlab.config.bounds import TEXT_MAX
 from motionlab.config.load import load_scenario
+from motionlab.config.named_configs import Kind, names, own_motors, parse_text, read
 from motionlab.config.scenario import Scenario
 from motionlab.config.schema import scenario_schema
-from motionlab.config.shipped import Kind, names, own_motors, parse_text, read
 from motionlab.library.motors import description_of
 from motionlab.server.http.problems import responses
 from motionlab.server.http.strict_json import JsonRoute

@@ -28,7 +28,7 @@ from motionlab.server.worker_answers import ComputedResponse, called
 from motionlab.server.workers.worker import Call
 from motionlab.simulation.prepare import Prepared
 from motionlab.simulation.result import document
-from motionlab.simulation.whatif import Extent, run_changed, ticks_at_most
+from motionlab.simulation.whatif import Extent, recorded_ticks_max, run_changed
 from motionlab.telemetry.channels import REFERENCES, stream_columns
 from motionlab.telemetry.decimate import min_max
 from motionlab.telemetry.expressions.columns import (
@@ -205,7 +205,7 @@ def _computed(
     math: Mapping[str, MathChannel],
     extent: Extent,
 ) -> _Run:
-    ticks = ticks_at_most(prepared, extent)
+    ticks = recorded_ticks_max(prepared, extent)
     whole = len(body.columns) + (_MATH_COPIES if math else 0)
     call.hold(prepared.recording_size(ticks) + np.float32().itemsize * ticks * whole)
     recording = run_changed(prepared, body.scenario, body.set, extent)

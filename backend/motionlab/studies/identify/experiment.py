@@ -62,7 +62,7 @@ from motionlab.studies.identify.sliding import (
     oscillates,
     plan_motions,
 )
-from motionlab.studies.identify.thrust import CurrentLoops
+from motionlab.studies.identify.thrust_from_currents import CurrentLoops
 
 Source = str | Path | dict[str, Any]
 

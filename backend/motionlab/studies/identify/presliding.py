@@ -18,7 +18,7 @@ from motionlab.plant.mechanics import Mechanics, Mover, advance
 from motionlab.simulation.inputs import load_force
 from motionlab.simulation.prepare import Prepared
 from motionlab.studies.identify.rig import Rig
-from motionlab.studies.identify.thrust import CurrentLoops, thrust_within
+from motionlab.studies.identify.thrust_from_currents import CurrentLoops, thrust_within
 from motionlab.telemetry.recording import VariantRecord
 from motionlab.trajectories.reference import Reference
 

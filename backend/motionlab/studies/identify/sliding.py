@@ -21,7 +21,7 @@ from motionlab.kernel.force_maps import force_model, pole_pitch
 from motionlab.lanes.bank import TABLES
 from motionlab.studies.identify.documents import Point
 from motionlab.studies.identify.rig import Rig
-from motionlab.studies.identify.thrust import CurrentLoops, readings, thrust_within
+from motionlab.studies.identify.thrust_from_currents import CurrentLoops, readings, thrust_within
 from motionlab.telemetry.recording import VariantRecord
 from motionlab.trajectories.reference import Reference
 

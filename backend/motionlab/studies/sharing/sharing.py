@@ -11,8 +11,8 @@ from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 from motionlab.config.controller import SharingConfig, SharingLaw
 from motionlab.config.force_map import AnyForceMapConfig, ForceMapConfig, MapName, TableMapConfig
 from motionlab.config.load import load_scenario
+from motionlab.config.named_configs import names
 from motionlab.config.quantity import OURS, Config, quantity, si
-from motionlab.config.shipped import names
 from motionlab.errors import ConfigError, FieldError
 from motionlab.force_sharing.ripple import OverPitch, Ripple, ripple, share_over_pitch
 from motionlab.kernel.force_maps import force_model, map_lanes

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from motionlab.config.controller import ControllerConfig, GainsConfig
 from motionlab.config.load import load_scenario
+from motionlab.config.named_configs import names
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario, WindowConfig
-from motionlab.config.shipped import names
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, FieldError, Infeasible
 from motionlab.kernel.build import mover_parameters

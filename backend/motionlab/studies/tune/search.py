@@ -23,7 +23,7 @@ from motionlab import __version__
 from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.lanes import model_hash
 from motionlab.simulation.result import plant_name
-from motionlab.studies.tune.candidate import candidate
+from motionlab.studies.tune.candidate_document import candidate
 from motionlab.studies.tune.documents import (
     Candidate,
     PartialGroup,

@@ -13,7 +13,10 @@ export interface ScenarioSource {
 type Parts = Readonly<Record<string, Value>>;
 
 /** Returns the source of a job's request; null for a request by a scenario's name. */
-export function sourceOf({ scenario, set = {} }: Record<string, unknown>): ScenarioSource | null {
+export function inlineScenarioOf({
+  scenario,
+  set = {},
+}: Record<string, unknown>): ScenarioSource | null {
   return typeof scenario === 'object' && scenario !== null
     ? ({ scenario, set } as ScenarioSource)
     : null;

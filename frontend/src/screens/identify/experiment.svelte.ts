@@ -12,7 +12,7 @@ import type {
 import { AppliedChanges } from '../../parts/apply/applied-changes.svelte';
 import { Comparison, forVariants } from '../../parts/apply/comparison.svelte';
 import { fieldErrorsText } from '../../app/error-text';
-import { sourceOf, wholeOf } from '../../app/jobs/job-request';
+import { inlineScenarioOf, wholeOf } from '../../app/jobs/job-request';
 import { LatestWins } from '../../app/latest-wins';
 import { fromAddress, load, save, setAddress } from '../../app/storage';
 import { app, type Mode } from '../../app/store.svelte';
@@ -95,7 +95,7 @@ class Experiment {
     const { request: body } = this.form;
     if (!report || !body) return [];
     const names = this.form.differing(report.request, body);
-    const then = sourceOf(report.request);
+    const then = inlineScenarioOf(report.request);
     const same = !then || equal(wholeOf(then, {}).plant, wholeOf(body, {}).plant);
     return same ? names : ['motor', ...names];
   });

@@ -3,7 +3,7 @@
 import type { KeyTable } from '../../parts/shell/keyboard.svelte';
 import { app } from '../../app/store.svelte';
 import { actions } from './actions.svelte';
-import { overlaySelected } from './run-exports';
+import { overlaySelected } from './run-actions';
 import { baseline } from './baseline.svelte';
 import { comparison } from './compare/comparison.svelte';
 import { plots } from './plots';

@@ -12,12 +12,12 @@ import type {
 import { AppliedChanges } from '../../parts/apply/applied-changes.svelte';
 import { Comparison } from '../../parts/apply/comparison.svelte';
 import { fieldErrorsText } from '../../app/error-text';
-import { sourceOf, wholeOf } from '../../app/jobs/job-request';
+import { inlineScenarioOf, wholeOf } from '../../app/jobs/job-request';
 import { JobStore } from '../../app/jobs/job-store.svelte';
 import { load, save } from '../../app/storage';
 import { app } from '../../app/store.svelte';
 import { linesOf, pickedLine, type CandidateLine, type Picked } from './candidates';
-import { loopOf, MAP, otherWords, type SweptLoop } from './job-origin';
+import { loopOf, MAP, otherWords, type SweptLoop } from './job-differences';
 import { costAt } from './landscape';
 import { LoopStore } from './loop-store.svelte';
 import { ALSO_ON, SearchForm } from './search-form.svelte';
@@ -198,7 +198,7 @@ class Tuner {
   }
 
   private askedFor(request: Record<string, unknown>): Scenario | null {
-    const source = sourceOf(request);
+    const source = inlineScenarioOf(request);
     return source ? wholeOf(source, app.catalogue.resolved) : null;
   }
 

@@ -2,9 +2,9 @@
 
 A force is neither its command nor the thrust of the currents at the samples: currents take time to
 settle, and those that suit one place are held while the motor moves on. Both are filled in as in
-`motionlab.studies.identify.thrust`. How fast currents settle is not in a record of currents or of
-commands alone: the regression is offered the change of force by slower loops, and the time constant
-follows from the share of it that fits.
+`motionlab.studies.identify.thrust_from_currents`. How fast currents settle is not in a record of
+currents or of commands alone: the regression is offered the change of force by slower loops, and
+the time constant follows from the share of it that fits.
 """
 
 from __future__ import annotations
@@ -21,7 +21,12 @@ from motionlab.kernel.force_maps import force_model, map_lanes
 from motionlab.studies.identify.record.fit import WITHIN
 from motionlab.studies.identify.record.motion import Record
 from motionlab.studies.identify.record.plan import CURRENTS, RecordExperiment
-from motionlab.studies.identify.thrust import CurrentLoops, Smoothed, as_sent, thrust_of
+from motionlab.studies.identify.thrust_from_currents import (
+    CurrentLoops,
+    Smoothed,
+    as_sent,
+    thrust_of,
+)
 
 Array = NDArray[np.float64]
 

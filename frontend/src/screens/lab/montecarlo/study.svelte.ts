@@ -2,7 +2,7 @@
 
 import { equal } from '../../../app/api/scenario-paths';
 import { AXES, type Axis, type Changes, type MonteCarlo } from '../../../app/api/types';
-import { sourceOf, wholeOf, type ScenarioSource } from '../../../app/jobs/job-request';
+import { inlineScenarioOf, wholeOf, type ScenarioSource } from '../../../app/jobs/job-request';
 import { load, oneOf, partOf, save } from '../../../app/storage';
 import { app } from '../../../app/store.svelte';
 import { ScenarioForm } from '../../../study/study-form.svelte';
@@ -37,7 +37,7 @@ export class Study extends ScenarioForm {
   /** Number of the plant of this study that the Lab shows; null where it shows another motor. */
   readonly opened = $derived.by((): number | null => {
     const { request } = this.job.report ?? {};
-    const source = request && sourceOf(request);
+    const source = request && inlineScenarioOf(request);
     if (!source || !this.question || !this.stale) return null;
     const now = wholeOf(this.question, app.catalogue.resolved);
     const plant = this.result?.worst.find(({ set }) =>

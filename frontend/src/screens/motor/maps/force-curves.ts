@@ -38,7 +38,7 @@ export function curvesOf(map: MapTables, force: Force): Series[] {
 }
 
 /** How far the model is to be trusted, around the curve of the largest current. */
-export function trustOf(map: MapTables, force: Force): Band {
+export function uncertaintyBand(map: MapTables, force: Force): Band {
   const share = map.uncertainty[force];
   const y = map[force].map((row) => row[row.length - 1] ?? Number.NaN);
   return {

@@ -12,7 +12,7 @@ import {
   curvesOf,
   publishedOf,
   surface,
-  trustOf,
+  uncertaintyBand,
 } from './force-curves';
 
 const analytic: Analytic = {
@@ -91,7 +91,7 @@ describe('curves of a map', () => {
   });
 
   it('have a band as wide below zero as above', () => {
-    const { low, high } = trustOf(map, 'thrust');
+    const { low, high } = uncertaintyBand(map, 'thrust');
     expect(low[1]).toBeCloseTo(38 * 0.85);
     expect(high[3]).toBeCloseTo(-38 * 0.85);
   });

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from motionlab.motor_design.plate.inputs import Shape
+from motionlab.motor_design.platform.inputs import Shape
 
 
 class Rib(NamedTuple):

@@ -18,8 +18,8 @@ from scipy.sparse.linalg import splu
 from skfem import Basis, BilinearForm, ElementQuadBFS, LinearForm, MeshQuad
 from skfem.helpers import dd
 
-from motionlab.motor_design.plate.inputs import Load, Shape
-from motionlab.motor_design.plate.ribs import Rib, rib
+from motionlab.motor_design.platform.inputs import Load, Shape
+from motionlab.motor_design.platform.ribs import Rib, rib
 
 _NEAR = 1e-9  # m, at which lines of the mesh are one
 _U, _U_X, _U_Y, _U_XY = range(4)  # unknowns at a node

@@ -168,7 +168,7 @@ def as_sent(command: Array, current: Array) -> Array:
     return sent
 
 
-def reported(current: Array, amplifiers: AmplifierConfig) -> Array:
+def drive_readings(current: Array, amplifiers: AmplifierConfig) -> Array:
     """Return the drives' readings of true currents, A, shape (3, n).
 
     An amplifier's gain and offset are its current sensor's: its loop controls the sensor's reading,
@@ -331,7 +331,7 @@ def readings(rig: Rig, axis: str, record: VariantRecord) -> tuple[Array, Array]:
     """Return current commands, and currents as the drives report them, A, shape (3, ticks)."""
     current = _phases(record, "current", axis)
     amplifiers = getattr(rig.scenario.plant, axis).amplifiers
-    return _phases(record, "current_command", axis), reported(current, amplifiers)
+    return _phases(record, "current_command", axis), drive_readings(current, amplifiers)
 
 
 def _phases(record: VariantRecord, name: str, axis: str) -> Array:

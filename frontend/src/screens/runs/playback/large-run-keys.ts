@@ -2,7 +2,7 @@
 
 import type { KeyTable } from '../../../parts/shell/keyboard.svelte';
 import { app } from '../../../app/store.svelte';
-import { overlayInLab } from '../run-exports';
+import { overlayInLab } from '../run-actions';
 import { large } from './large.svelte';
 import type { PlayedCurves } from './played-curves.svelte';
 

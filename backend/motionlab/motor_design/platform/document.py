@@ -10,8 +10,8 @@ from pydantic import Field
 from motionlab.config.quantity import Config, si
 from motionlab.errors import ConfigError, FieldError
 from motionlab.motor_design.fem.force_map import ForceMap
-from motionlab.motor_design.plate.gap import Gaps, Ratio, closing, ratio
-from motionlab.motor_design.plate.inputs import Axis, DesignName, Load, PlatformRequest, Shape
+from motionlab.motor_design.platform.gap import Gaps, Ratio, closing, ratio
+from motionlab.motor_design.platform.inputs import Axis, DesignName, Load, PlatformRequest, Shape
 
 _GRID = 48  # columns of the picture
 _FINE = 4  # points of the search for the largest, for each of the picture
@@ -140,7 +140,7 @@ def platform(request: PlatformRequest, force_map: ForceMap | None = None) -> Pla
 def _bent(
     request: PlatformRequest, name: DesignName, force_map: ForceMap | None, grows: Ratio | None
 ) -> Deflection:
-    from motionlab.motor_design.plate.bending import Plate
+    from motionlab.motor_design.platform.bending import Plate
 
     shape, load = request.shapes[name], request.load
     plate = Plate(shape, load, cells=request.cells)

@@ -14,7 +14,7 @@ from motionlab.motor_design.fem.force_map import ForceMap
 from motionlab.motor_design.fem.geometry import Geometry
 
 if TYPE_CHECKING:
-    from motionlab.motor_design.plate.bending import Plate
+    from motionlab.motor_design.platform.bending import Plate
 
 _GAPS = (1.0, 0.75, 0.5)
 """Shares of the gap at which the circuit is evaluated; a parabola is drawn through the results."""

@@ -1,7 +1,7 @@
 import { describe, expect, it } from 'vitest';
 import type { Scenario } from '../../app/api/types';
-import { sourceOf, wholeOf } from '../../app/jobs/job-request';
-import { loopOf, otherWords, othersOf } from './job-origin';
+import { inlineScenarioOf, wholeOf } from '../../app/jobs/job-request';
+import { loopOf, otherWords, othersOf } from './job-differences';
 
 const ALL = ['motor', 'load', 'motion', 'controller', 'gains'] as const;
 const NOW = {
@@ -59,8 +59,8 @@ it('says of what a job was', () => {
 });
 
 it('knows only requests that carry their scenario', () => {
-  expect(sourceOf({ scenario: 'circle' })).toBeNull();
-  expect(sourceOf({ scenario: NOW })).toEqual({ scenario: NOW, set: {} });
+  expect(inlineScenarioOf({ scenario: 'circle' })).toBeNull();
+  expect(inlineScenarioOf({ scenario: NOW })).toEqual({ scenario: NOW, set: {} });
 });
 
 it('finds of which loop a sweep was, or tells it beside the likest', () => {

@@ -13,7 +13,7 @@ from motionlab.reports import results
 from motionlab.reports.comparison_page import Side, comparison_page
 from motionlab.reports.history import events, scenario_of
 from motionlab.reports.page import page
-from motionlab.reports.plots import memory, plots
+from motionlab.reports.plots import plots, plots_memory
 
 Hold = Callable[[int], object]
 """Reserves memory, bytes."""
@@ -34,7 +34,7 @@ def run_report(run_id: str, hold: Hold = lambda _: None) -> bytes:
         If it cannot be read.
     """
     run = library().complete(run_id)
-    hold(memory(run) + _PAGE)
+    hold(plots_memory(run) + _PAGE)
     happened = events(run)
     with library().files.open(run_id) as file:
         return page(

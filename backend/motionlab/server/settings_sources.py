@@ -19,8 +19,8 @@ from pydantic_settings import (
     SettingsConfigDict,
 )
 
+from motionlab.config.named_configs import config_root, data_root, did_you_mean, parse
 from motionlab.config.quantity import OURS, quantity
-from motionlab.config.shipped import config_root, data_root, did_you_mean, parse
 from motionlab.config.validation_errors import bounds_of, choices_of, field_errors, unit_of_field
 from motionlab.errors import ConfigError, FieldError
 from motionlab.library.database import index_url
