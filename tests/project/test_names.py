@@ -28,7 +28,6 @@ LEFT = {
     "lanes",
     "motor_design/fem/cells.py",
     "plant",
-    "server",
 }
 """Rooms and files that still have such names; everywhere else they are refused."""
 

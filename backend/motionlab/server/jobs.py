@@ -86,7 +86,7 @@ class _Job:
     def active(self) -> bool:
         return self.state in {"queued", "running"}
 
-    def told(self) -> dict[str, Any]:
+    def status(self) -> dict[str, Any]:
         """Return the report without request, partial and result."""
         elapsed = 0.0
         if self.began is not None:
@@ -107,7 +107,7 @@ class _Job:
         }
 
     def summary(self) -> bytes:
-        head = json.dumps(self.told()).encode()
+        head = json.dumps(self.status()).encode()
         return b'%s,"request":%s}' % (head[:-1], self.work.request)
 
     def report(self) -> bytes:
@@ -167,9 +167,9 @@ class Jobs:
         job = self._jobs.get(job_id)
         return None if job is None else job.report()
 
-    def told(self) -> list[tuple[dict[str, Any], bytes]]:
+    def summaries(self) -> list[tuple[dict[str, Any], bytes]]:
         """Return summary and request of each job in memory."""
-        return [(job.told(), job.work.request) for job in self._jobs.values()]
+        return [(job.status(), job.work.request) for job in self._jobs.values()]
 
     def cancel(self, job_id: str) -> None:
         """Cancel a job that waits or runs; one that has ended stays as it is."""

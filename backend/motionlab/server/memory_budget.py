@@ -38,7 +38,7 @@ class MemoryBudget:
         """Bytes that are reserved."""
         return self._taken
 
-    def check(self, wanted: int) -> None:
+    def check(self, size: int) -> None:
         """Refuse a run larger than the whole budget.
 
         Raises
@@ -46,33 +46,33 @@ class MemoryBudget:
         ConfigError
             Naming what it would take and what there is.
         """
-        if wanted > self._most:
+        if size > self._most:
             raise ConfigError(
                 FieldError(
                     "trajectory",
                     "simulated time times variants takes more memory than may be used (memory_max)",
-                    wanted,
+                    size,
                     f"<= {self._most}",
                     "bytes",
                 )
             )
 
     @contextlib.contextmanager
-    def hold(self, wanted: int) -> Iterator[None]:
+    def hold(self, size: int) -> Iterator[None]:
         """Reserve memory for a run that starts at once, or answer 429 if it is in use."""
-        self.take(wanted)
+        self.take(size)
         try:
             yield
         finally:
-            self.give_back(wanted)
+            self.give_back(size)
 
-    def take(self, wanted: int) -> None:
+    def take(self, size: int) -> None:
         """Reserve memory, or answer 429 if it is in use."""
-        if not self.try_to_take(wanted):
+        if not self.try_to_take(size):
             raise HTTPException(
                 429,
                 f"runs and sessions hold {self._taken} of {self._most} bytes (memory_max); this "
-                f"takes {wanted}",
+                f"takes {size}",
             )
 
     def give_back(self, taken: int) -> None:
@@ -80,11 +80,11 @@ class MemoryBudget:
         with self._lock:
             self._taken -= taken
 
-    def try_to_take(self, wanted: int) -> bool:
+    def try_to_take(self, size: int) -> bool:
         """Reserve memory; return whether there was enough."""
         with self._lock:
-            free = self._taken + wanted <= self._most
-            self._taken += wanted if free else 0
+            free = self._taken + size <= self._most
+            self._taken += size if free else 0
             return free
 
 

@@ -75,31 +75,31 @@ def serve(loaded: Loaded, *, opens: bool = False) -> None:
         If another address than loopback has no token, another server uses the folder of the data,
         or the server cannot listen at the address.
     """
-    given = loaded.settings
-    if given.token is None and not _is_loopback(given.host):
+    configured = loaded.settings
+    if configured.token is None and not _is_loopback(configured.host):
         raise ConfigError(
             FieldError(
                 loc=loaded.origins.get("host", "--host"),
                 message="is not loopback: set MOTIONLAB_TOKEN, or name a file by --token-file, to "
                 "what clients must present",
-                value=given.host,
+                value=configured.host,
             )
         )
     loaded.export()
-    with executing(given.scheduler):
+    with executing(configured.scheduler):
         pass  # what is no scheduler is refused now
-    link = None if given.drive is None else load_drive(given.drive)
+    link = None if configured.drive is None else load_drive(configured.drive)
     config_root()  # or it is refused
     check_places(data_root())
-    with _alone(data_root()), listen(given.host, given.port) as listener:
+    with _alone(data_root()), listen(configured.host, configured.port) as listener:
         address, taken = listener.getsockname()[:2]
         shown = f"[{address}]" if ":" in address else address
         settings = Settings(
-            **given.model_dump(include=set(Bounds.model_fields)),
-            token=given.token,
-            hosts=LOOPBACK | {shown} | set(given.hosts),
-            proxies=frozenset(given.proxies),
-            scheduler=given.scheduler,
+            **configured.model_dump(include=set(Bounds.model_fields)),
+            token=configured.token,
+            hosts=LOOPBACK | {shown} | set(configured.hosts),
+            proxies=frozenset(configured.proxies),
+            scheduler=configured.scheduler,
             drive=link,
         )
         served = f"http://{shown}:{taken}/"
@@ -114,11 +114,11 @@ def serve(loaded: Loaded, *, opens: bool = False) -> None:
         remove_leftovers(data_root())
         download.remove_leftovers(data_root())
         make_private(_ours(data_root()))
-        _log_from(given.log_level)
+        _log_from(configured.log_level)
         app = create_app(settings)
         app.state.owns_process = True
-        config = configuration(app, given.log_level)
-        local = "127.0.0.1" if given.host in _EVERY_ADDRESS else shown
+        config = configuration(app, configured.log_level)
+        local = "127.0.0.1" if configured.host in _EVERY_ADDRESS else shown
         with contextlib.suppress(KeyboardInterrupt):  # how it is meant to end
             _Server(config, f"http://{local}:{taken}/" if opens else None).run(sockets=[listener])
 

@@ -162,10 +162,12 @@ class Loaded:
         if name in _SECRETS:
             return "none" if value is None else "(hidden)"
         if value is None:
-            given = {"data": data_root, "configs": config_root}
+            places = {"data": data_root, "configs": config_root}
             root = Path(self.settings.data or data_root())
             inside = {"database_url": index_url, "runs_url": runs_url}
-            value = given[name]() if name in given else inside[name](root) if name in inside else ""
+            value = (
+                places[name]() if name in places else inside[name](root) if name in inside else ""
+            )
         if isinstance(value, tuple):
             value = ",".join(value)
         return _QUERY.sub(r"\1=***", _PASSWORD.sub(r"\1:***@", f"{value}")) or "none"
@@ -187,16 +189,16 @@ def load(options: Mapping[str, Any], file: str | None = None) -> Loaded:
         Naming each option, variable or key that is wrong, its value, range and unit.
     """
     file = file or os.environ.get(FILE)
-    given = {name: value for name, value in options.items() if value is not None}
+    of_command = {name: value for name, value in options.items() if value is not None}
     sources = (
-        (given, lambda name: "--name" if name == "hosts" else f"--{name.replace('_', '-')}"),
+        (of_command, lambda name: "--name" if name == "hosts" else f"--{name.replace('_', '-')}"),
         (_Environment(ServerSettings)(), lambda name: PREFIX + name.upper()),
         (parse(Path(file)) if file else {}, lambda name: f"{file}: {name}"),
     )
     values: dict[str, Any] = {}
     origins: dict[str, str] = {}
-    for found, named in sources:
-        for name, each in found.items():
+    for settings, named in sources:
+        for name, each in settings.items():
             value = tuple(each) if isinstance(each, list) else each
             if name not in values:
                 values[name], origins[name] = value, named(name)
@@ -206,8 +208,8 @@ def load(options: Mapping[str, Any], file: str | None = None) -> Loaded:
     try:
         settings = ServerSettings(**values)
     except ValidationError as error:
-        found = field_errors(error, ServerSettings)
-        raise ConfigError(*(_at_origin(each, origins) for each in found)) from None
+        errors = field_errors(error, ServerSettings)
+        raise ConfigError(*(_at_origin(each, origins) for each in errors)) from None
     memory = recordable(settings.memory_max)
     if memory < settings.memory_max:
         origins["memory_max"] = f"{origins.get('memory_max', 'default')}, half of the machine's"
@@ -273,8 +275,8 @@ def _check_proxies(settings: ServerSettings, origins: Mapping[str, str]) -> None
 
 def _unknown_variables() -> tuple[str, ...]:
     known = {PREFIX + name.upper() for name in ServerSettings.model_fields} | _OTHERS
-    given = {name for name in os.environ if name.startswith(PREFIX)}
-    unknown = sorted(name for name in given - known if not name.startswith(_OF_TESTS))
+    variables = {name for name in os.environ if name.startswith(PREFIX)}
+    unknown = sorted(name for name in variables - known if not name.startswith(_OF_TESTS))
     return tuple(f"{name} is no setting{did_you_mean(name, sorted(known))}" for name in unknown)
 
 

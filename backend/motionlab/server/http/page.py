@@ -61,11 +61,11 @@ class PageFiles(StaticFiles):
 
     def lookup_path(self, path: str) -> tuple[str, os.stat_result | None]:
         """Return where a file is, and its status: that of FILE.gz where there is no FILE."""
-        found, status = super().lookup_path(path)
+        file, status = super().lookup_path(path)
         if status is None:
-            found, status = super().lookup_path(f"{path}.gz")
-            found = found.removesuffix(".gz")
-        return found, status
+            file, status = super().lookup_path(f"{path}.gz")
+            file = file.removesuffix(".gz")
+        return file, status
 
     def file_response(
         self,
@@ -75,14 +75,14 @@ class PageFiles(StaticFiles):
         status_code: int = 200,
     ) -> Response:
         """Return the answer with a file, or that the client has it already."""
-        path, asked = Path(full_path), Headers(scope=scope)
+        path, request_headers = Path(full_path), Headers(scope=scope)
         hashed = path.parent.name == _HASHED
         headers = {"Cache-Control": _FOR_EVER if hashed else "no-cache"}
         packed = path.with_name(f"{path.name}.gz")
         sent = path
         if packed.is_file():
             headers["Vary"] = "Accept-Encoding"
-            if accepts_gzip(asked):
+            if accepts_gzip(request_headers):
                 sent, stat_result = packed, packed.stat()
                 headers["Content-Encoding"] = "gzip"
         media = guess_type(path.name)[0]
@@ -93,7 +93,7 @@ class PageFiles(StaticFiles):
         else:
             headers["ETag"] = f'"{stat_result.st_mtime_ns:x}"'
             response = StreamingResponse(_unpacked(packed), status_code, headers, media_type=media)
-        if self.is_not_modified(response.headers, asked):
+        if self.is_not_modified(response.headers, request_headers):
             return NotModifiedResponse(response.headers)
         return response
 

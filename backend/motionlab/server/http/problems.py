@@ -115,9 +115,9 @@ def install(app: FastAPI) -> None:
 
     @app.exception_handler(RequestValidationError)
     async def refuse_request(request: Request, error: RequestValidationError) -> JSONResponse:
-        found = error.errors()
-        fields = [vars(_field(each)) for each in found[:SHOWN_MAX]]
-        if any(e["type"] == "json_invalid" for e in found):
+        failures = error.errors()
+        fields = [vars(_field(each)) for each in failures[:SHOWN_MAX]]
+        if any(e["type"] == "json_invalid" for e in failures):
             return problem("invalid-body", "the body is not JSON")
         if isinstance(error.body, bytes):  # FastAPI has parsed it if it was declared as JSON
             return problem(
@@ -126,8 +126,8 @@ def install(app: FastAPI) -> None:
                 "send Content-Type: application/json",
             )
         detail = "the request is not of the documented form"
-        if len(found) > SHOWN_MAX:
-            detail += f": {SHOWN_MAX} errors and {len(found) - SHOWN_MAX} more"
+        if len(failures) > SHOWN_MAX:
+            detail += f": {SHOWN_MAX} errors and {len(failures) - SHOWN_MAX} more"
         return problem("invalid-field", detail, errors=fields)
 
     @app.exception_handler(HTTPException)
@@ -173,5 +173,5 @@ def _methods(request: Request) -> list[str]:
         path, methods = getattr(route, "path", None), getattr(route, "methods", None)
         if path and methods and compile_path(path)[0].match(request.url.path):
             known.setdefault(path, set()).update(methods)
-    found = known.get(request.url.path) or set().union(*known.values())
-    return sorted(found | {"HEAD"} if "GET" in found else found)
+    methods = known.get(request.url.path) or set().union(*known.values())
+    return sorted(methods | {"HEAD"} if "GET" in methods else methods)

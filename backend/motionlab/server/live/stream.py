@@ -167,8 +167,8 @@ class Stream(Listener):
         self._take_reset()
         ring = self._session.history.ring
         self._rows = tuple(rows[name] for name in message.columns)
-        wanted = ring.end if message.from_tick is None else message.from_tick
-        self._next = min(max(wanted, ring.first), ring.end)
+        start = ring.end if message.from_tick is None else message.from_tick
+        self._next = min(max(start, ring.first), ring.end)
         self._frame_ticks = message.frame_ticks or 1
         self._skips = False  # the first tick has just been announced
         self._answer(Subscribed(columns=message.columns, from_tick=self._next))

@@ -97,16 +97,16 @@ def _checked(body: ExpressionsRequest) -> list[CheckedExpression]:
 
 def _one(column: str, units: dict[str, str], period: float) -> CheckedExpression:
     try:
-        found = compile_column(column, units, period)
+        compiled = compile_column(column, units, period)
     except ExpressionError as error:
         start, end = error.span
         problem = ExpressionProblem(message=error.message, start=start, end=end)
         return CheckedExpression(column=column, problem=problem)
-    steps = [ProgramStep(op=step.op, values=list(step.values)) for step in found.program.steps]
+    steps = [ProgramStep(op=step.op, values=list(step.values)) for step in compiled.program.steps]
     return CheckedExpression(
         column=column,
-        name=found.name,
-        unit=found.program.unit,
-        channels=list(found.program.channels),
+        name=compiled.name,
+        unit=compiled.program.unit,
+        channels=list(compiled.program.channels),
         steps=steps,
     )

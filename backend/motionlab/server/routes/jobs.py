@@ -66,7 +66,7 @@ async def list_jobs(
     They are recorded, and found again when the server is started anew.
     """
     jobs: Jobs = request.app.state.jobs
-    return await computed(request, _listed, jobs.records, kind, jobs.told(), light=True)
+    return await computed(request, _listed, jobs.records, kind, jobs.summaries(), light=True)
 
 
 @router.get(
@@ -123,7 +123,7 @@ async def as_job(
     kind: Kind,
     function: Callable[..., Any],
     check: Callable[..., bytes | CheckedRequest],
-    *asked: Any,
+    *arguments: Any,
     batches: bool = False,
 ) -> Response:
     """Queue work and return 202 with its location.
@@ -146,7 +146,7 @@ async def as_job(
         Whether it needs the kernels of batches.
     """
     state = request.app.state
-    answer = await called(request, check, state.settings.bounds, *asked)
+    answer = await called(request, check, state.settings.bounds, *arguments)
     if answer.contents is not None:
         return ComputedResponse(answer)
     body, size = answer.value
@@ -163,7 +163,7 @@ def _listed(
     records: RecordStore, kind: Kind | None, own: list[tuple[dict[str, Any], bytes]]
 ) -> list[JobSummary]:
     """Return all jobs, from memory or else from their records; runs in a worker."""
-    found: dict[str, JobSummary] = {}
+    jobs: dict[str, JobSummary] = {}
     for line in records.summaries():
         try:
             recorded = JobSummary.model_validate_json(line)
@@ -171,11 +171,11 @@ def _listed(
             continue
         if recorded.state in _GOES_ON:
             recorded = recorded.model_copy(update=_INTERRUPTED)
-        found[recorded.id] = recorded
-    for told, request in own:
-        found[told["id"]] = JobSummary(**told, request=json.loads(request))
-    wanted = [job for job in found.values() if kind in (None, job.kind)]
-    return sorted(wanted, key=lambda job: job.created, reverse=True)
+        jobs[recorded.id] = recorded
+    for summary, request in own:
+        jobs[summary["id"]] = JobSummary(**summary, request=json.loads(request))
+    of_kind = [job for job in jobs.values() if kind in (None, job.kind)]
+    return sorted(of_kind, key=lambda job: job.created, reverse=True)
 
 
 def _recorded(_: Call, records: RecordStore, job_id: str) -> bytes:

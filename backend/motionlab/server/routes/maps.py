@@ -127,17 +127,17 @@ DocumentRoutes(router, ForceMaps, _NOUNS, Name, "/{name:map}").delete("Delete a 
 def _previewed(
     geometry: dict[str, Any], positions: int, currents: int, bounds: Settings
 ) -> MapTables:
-    wanted = checked(Geometry, geometry, "geometry")
-    _check_size(wanted, "preview", bounds)
-    found = compute(wanted, "preview")
-    name = found.document.content_hash
-    return tables(found, name=name, shipped=False, positions=positions, currents=currents)
+    checked_geometry = checked(Geometry, geometry, "geometry")
+    _check_size(checked_geometry, "preview", bounds)
+    force_map = compute(checked_geometry, "preview")
+    name = force_map.document.content_hash
+    return tables(force_map, name=name, shipped=False, positions=positions, currents=currents)
 
 
 def _pictured(body: dict[str, Any], bounds: Settings) -> FieldPicture:
-    wanted = checked(FieldRequest, body, "field")
-    _check_size(wanted.geometry, "preview", bounds)
-    return picture(wanted)
+    request = checked(FieldRequest, body, "field")
+    _check_size(request.geometry, "preview", bounds)
+    return picture(request)
 
 
 def _tabulated(name: str, positions: int, currents: int) -> MapTables:

@@ -110,7 +110,7 @@ async def replay_run(
     return await as_job(request, "replay", _replayed, _answer, run_id, asynchronous)
 
 
-class _Wanted(BaseModel):
+class _ReplayRequest(BaseModel):
     """Body of a job's report."""
 
     run: str
@@ -141,15 +141,15 @@ def _window(call: Call, body: CompareWindowRequest) -> bytes:
     if start >= stop:
         bounds: dict[str, float] = {"exclusive_maximum": stop}
         raise ConfigError(FieldError("from", "lies behind the end", start, bounds=bounds))
-    found = curves(aligned, body.channel, start, stop, body.points)
-    count = len(found.axis)
+    drawn = curves(aligned, body.channel, start, stop, body.points)
+    count = len(drawn.axis)
     path = aligned.alignment.path
     head = {
-        "instants": {"start": start, "step": found.bin, "count": count, "total": instants},
+        "instants": {"start": start, "step": drawn.bin, "count": count, "total": instants},
         "axis": {
             "name": body.align,
             "unit": {"time": "s", "reference": "m", "index": "1"}[body.align],
-            "start": found.start,
+            "start": drawn.start,
             "lap_length": None if path is None else path.lap_length,
             "values": 0,
         },
@@ -160,44 +160,44 @@ def _window(call: Call, body: CompareWindowRequest) -> bytes:
                 "minimum": (1 + 2 * row) * count,
                 "maximum": (2 + 2 * row) * count,
             }
-            for row, name in enumerate(found.names)
+            for row, name in enumerate(drawn.names)
         ],
     }
-    pairs = [curve for pair in zip(found.low, found.high, strict=True) for curve in pair]
-    return packed(head, [found.axis.astype(np.float32), *pairs])
+    pairs = [curve for pair in zip(drawn.low, drawn.high, strict=True) for curve in pair]
+    return packed(head, [drawn.axis.astype(np.float32), *pairs])
 
 
-def _wanted(run_id: str, bounds: Settings) -> Again:
-    wanted = again(library().complete(run_id))
-    if wanted.work > bounds.work_max:
+def _checked(run_id: str, bounds: Settings) -> Again:
+    replayed = again(library().complete(run_id))
+    if replayed.work > bounds.work_max:
         raise ConfigError(
             FieldError(
                 loc="run_id",
                 message="simulated time times variants is too large for one request",
-                value=wanted.work,
+                value=replayed.work,
                 bounds={"maximum": bounds.work_max},
                 unit="s",
             )
         )
-    return wanted
+    return replayed
 
 
 def _answer(
     call: Call, bounds: Settings, run_id: str, asynchronous: bool
 ) -> bytes | CheckedRequest:
     """Return the result, or the request where it takes a job."""
-    wanted = _wanted(run_id, bounds)
-    too_long = wanted.run.duration > bounds.direct_max or wanted.work > bounds.direct_work_max
+    replayed = _checked(run_id, bounds)
+    too_long = replayed.run.duration > bounds.direct_max or replayed.work > bounds.direct_work_max
     if too_long or asynchronous:
-        return CheckedRequest.of(_Wanted(run=run_id).model_dump(), wanted.size)
-    call.hold(wanted.size)
-    return json_of(call, _replay, (call, wanted))
+        return CheckedRequest.of(_ReplayRequest(run=run_id).model_dump(), replayed.size)
+    call.hold(replayed.size)
+    return json_of(call, _replay, (call, replayed))
 
 
 def _replayed(call: Call, body: dict[str, Any], bounds: Settings) -> Replay:
-    return _replay(call, _wanted(_Wanted(**body).run, bounds))
+    return _replay(call, _checked(_ReplayRequest(**body).run, bounds))
 
 
-def _replay(call: Call, wanted: Again) -> Replay:
-    with library().files.open(wanted.run.id) as file:
-        return replay(wanted, file, call.progress)
+def _replay(call: Call, replayed: Again) -> Replay:
+    with library().files.open(replayed.run.id) as file:
+        return replay(replayed, file, call.progress)

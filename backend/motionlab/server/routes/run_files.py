@@ -103,27 +103,27 @@ class ImportQuery(BaseModel):
     },
 )
 async def get_run_telemetry(
-    request: Request, run_id: RunId, wanted: Annotated[ExportQuery, Query()]
+    request: Request, run_id: RunId, query: Annotated[ExportQuery, Query()]
 ) -> Response:
     """Return telemetry of a run as a file."""
     settings: Settings = request.app.state.settings
-    columns = tuple(split_columns(wanted.columns)) if wanted.columns else ()
-    selection = Selection(columns, wanted.start, wanted.stop)
+    columns = tuple(split_columns(query.columns)) if query.columns else ()
+    selection = Selection(columns, query.start, query.stop)
     most = settings.memory_max
-    planned = await called(request, _plan, run_id, selection, wanted.format, most, light=True)
+    planned = await called(request, _plan, run_id, selection, query.format, most, light=True)
     selection, size, name = planned.value
     planned.close()
     seconds = WRITE_SECONDS + size / _WRITE_RATE
 
     async def write(path: Path) -> None:
-        arguments = (run_id, selection, str(path), wanted.format)
+        arguments = (run_id, selection, str(path), query.format)
         (await called(request, _write, *arguments, seconds=seconds)).close()
 
     return await file_download(
         request,
         write,
-        name=f"{name}.{wanted.format}",
-        media_type=FORMATS[wanted.format],
+        name=f"{name}.{query.format}",
+        media_type=FORMATS[query.format],
         size=size,
     )
 
@@ -158,21 +158,21 @@ async def get_run_telemetry(
         }
     },
 )
-async def import_run(request: Request, said: Annotated[ImportQuery, Query()]) -> Response:
+async def import_run(request: Request, query: Annotated[ImportQuery, Query()]) -> Response:
     """Keep a measurement of a real machine as a run, or show how it would be read."""
     options = ImportOptions(
-        name=said.name,
-        rate=said.rate,
-        resample=said.resample,
-        mapping=tuple(said.map),
-        delimiter=said.delimiter,
-        decimal=said.decimal,
+        name=query.name,
+        rate=query.rate,
+        resample=query.resample,
+        mapping=tuple(query.map),
+        delimiter=query.delimiter,
+        decimal=query.decimal,
     )
     parse_mapping(options.mapping)
     with contextlib.ExitStack() as held:
         path = held.enter_context(temporary_folder()) / "upload"
         size = await _receive(request, path, held)
-        arguments = (str(path), size, options, said.preview)
+        arguments = (str(path), size, options, query.preview)
         answer = await called(request, _import, *arguments, seconds=_IMPORT_SECONDS)
     document: Import = answer.value
     answer.close()

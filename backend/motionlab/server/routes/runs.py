@@ -207,10 +207,10 @@ async def restore_run(request: Request, run_id: RunId) -> Response:
     },
 )
 async def get_window(
-    request: Request, run_id: RunId, wanted: Annotated[WindowQuery, Query()]
+    request: Request, run_id: RunId, query: Annotated[WindowQuery, Query()]
 ) -> Response:
     """Return some columns between two samples, decimated so that no spike is lost."""
-    answer = await called(request, _window, run_id, wanted, light=True)
+    answer = await called(request, _window, run_id, query, light=True)
     return ComputedResponse(answer, media_type=MEDIA_TYPE)
 
 
@@ -272,23 +272,23 @@ def _entry(run: RunDetail) -> Run:
     return Run(**{name: getattr(run, name) for name in Run.model_fields})
 
 
-def _window(call: Call, run_id: str, wanted: WindowQuery) -> bytes:
-    columns = split_columns(wanted.columns)
+def _window(call: Call, run_id: str, query: WindowQuery) -> bytes:
+    columns = split_columns(query.columns)
     run = library().complete(run_id)
-    start, stop = wanted.start, min(wanted.stop or run.ticks, run.ticks)
+    start, stop = query.start, min(query.stop or run.ticks, run.ticks)
     if start >= stop:
         bounds: dict[str, float] = {"exclusive_maximum": stop}
         raise ConfigError(FieldError("from", "lies behind the end", start, bounds=bounds))
     units = {column["name"]: column["unit"] for column in run.columns}
     math = compile_columns(columns, units, run.period)
     units |= {text: each.program.unit for text, each in math.items()}
-    bins = grid(start, stop, wanted.points, run.ticks)
+    bins = grid(start, stop, query.points, run.ticks)
     size = 4 * len(columns) * (2 * bins.bins + (stop - start if bins.level == 1 else 0))
     if math:
         size += _MATH_BYTES * (run.ticks if bins.level > 1 else stop - start)
     if size > _UNHELD:
         call.hold(size)
-    found = window(library().files, run_id, columns, bins, math=math)
+    extremes = window(library().files, run_id, columns, bins, math=math)
     count = bins.bins
     time = {"start": bins.first * run.period, "step": bins.bin * run.period, "count": count}
     head = {
@@ -303,5 +303,5 @@ def _window(call: Call, run_id: str, wanted: WindowQuery) -> bytes:
             for index, name in enumerate(columns)
         ],
     }
-    curves = [curve for pair in zip(found.low, found.high, strict=True) for curve in pair]
+    curves = [curve for pair in zip(extremes.low, extremes.high, strict=True) for curve in pair]
     return packed(head, curves)

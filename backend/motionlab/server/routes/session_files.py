@@ -78,14 +78,14 @@ async def get_telemetry(
 ) -> Response:
     """Return the contents of the ring, 30 s at most, as a file."""
     about = metadata(session.prepared.scenario)
-    wanted = tuple(split_columns(columns)) if columns else ()
+    names = tuple(split_columns(columns)) if columns else ()
     variants = session.prepared.scenario.variants
     units = {name: each.unit for name, each in stream_columns(variants)}
-    compile_columns([name for name in wanted if name != ALL], units, CONTROL_PERIOD)
+    compile_columns([name for name in names if name != ALL], units, CONTROL_PERIOD)
 
     async def write(path: Path) -> None:
         start, failed = await session.save(path.with_name(_SAMPLES))
-        arguments = (str(path), format, (start, failed), about, wanted)
+        arguments = (str(path), format, (start, failed), about, names)
         (await called(request, _write, *arguments, seconds=WRITE_SECONDS)).close()
 
     return await file_download(

@@ -101,10 +101,10 @@ class SpectrumRequest(SpectrumOptions):
     responses=responses(400, 404, 409, 422, 429, 503),
 )
 async def get_run_spectrum(
-    request: Request, run_id: RunId, wanted: Annotated[SpectrumQuery, Query()]
+    request: Request, run_id: RunId, query: Annotated[SpectrumQuery, Query()]
 ) -> Response:
     """Return spectra of columns between two samples; docs/spectrum.md."""
-    return await computed(request, _of_run, run_id, wanted)
+    return await computed(request, _of_run, run_id, query)
 
 
 @router.post(
@@ -119,10 +119,10 @@ async def get_spectrum(request: Request, body: Annotated[SpectrumRequest, Body()
     return await computed(request, _of_samples, body)
 
 
-def _of_run(run_id: str, wanted: SpectrumQuery) -> SpectrumDocument:
-    columns = split_columns(wanted.columns)
-    taken, period = run_spectra(run_id, columns, wanted.start, wanted.stop, wanted)
-    return document(taken, wanted, period=period)
+def _of_run(run_id: str, query: SpectrumQuery) -> SpectrumDocument:
+    columns = split_columns(query.columns)
+    taken, period = run_spectra(run_id, columns, query.start, query.stop, query)
+    return document(taken, query, period=period)
 
 
 def _of_samples(body: SpectrumRequest) -> SpectrumDocument:

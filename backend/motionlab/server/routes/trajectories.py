@@ -163,9 +163,9 @@ class WriteRequest(ChangedScenario):
         }
     },
 )
-async def import_trajectory(request: Request, said: Annotated[ReadQuery, Query()]) -> Response:
+async def import_trajectory(request: Request, query: Annotated[ReadQuery, Query()]) -> Response:
     """Return a trajectory from a file of another program; nothing is kept."""
-    return await computed(request, _read, await request.body(), said)
+    return await computed(request, _read, await request.body(), query)
 
 
 @router.post(
@@ -234,20 +234,20 @@ routes.put(
 routes.delete("Delete a saved trajectory.")
 
 
-def _read(content: bytes, said: ReadQuery) -> ReadTrajectory:
+def _read(content: bytes, query: ReadQuery) -> ReadTrajectory:
     options = ReadOptions(
-        format=None if said.format == "auto" else said.format,
-        unit=said.unit,
-        scale=said.scale,
-        tolerance=said.tolerance,
-        placement=said.placement,
-        stroke=(said.stroke_x, said.stroke_y),
-        height=said.height,
-        samples=said.samples,
+        format=None if query.format == "auto" else query.format,
+        unit=query.unit,
+        scale=query.scale,
+        tolerance=query.tolerance,
+        placement=query.placement,
+        stroke=(query.stroke_x, query.stroke_y),
+        height=query.height,
+        samples=query.samples,
     )
-    found = read_trajectory(content, options, name=said.filename)
-    table = found.trajectory.model_dump(mode="json")
-    return ReadTrajectory.model_validate(vars(found) | {"trajectory": table})
+    reading = read_trajectory(content, options, name=query.filename)
+    table = reading.trajectory.model_dump(mode="json")
+    return ReadTrajectory.model_validate(vars(reading) | {"trajectory": table})
 
 
 def _written(_: Call, body: WriteRequest) -> bytes:
@@ -260,14 +260,14 @@ def _examined(call: Call, body: CheckRequest) -> bytes:
 
 def _checked(body: CheckRequest, hold: Callable[[int], None] = lambda _size: None) -> bytes:
     trajectory = _trajectory(body)
-    found = examine(trajectory, _limits(body), bins=body.points)
-    curves = [each for p in found.profiles for each in (p.minimum, p.maximum)]
+    examination = examine(trajectory, _limits(body), bins=body.points)
+    curves = [each for p in examination.profiles for each in (p.minimum, p.maximum)]
     loops = Loops(loops_not_run="not asked for")
     if body.loops:
         (_, scenario), *_ = _epochs_of(json.dumps([body.scenario, body.set]))
         changed = scenario.model_copy(update={"trajectory": trajectory})
-        loops = run_loops(changed, found, hold)
-    head = _head(found) | loops.document() | {"outline": None, "drawn": None}
+        loops = run_loops(changed, examination, hold)
+    head = _head(examination) | loops.document() | {"outline": None, "drawn": None}
     if not isinstance(trajectory, DrawnPath):
         path = drawn(trajectory)
         head["drawn"] = path and path.model_dump(mode="json")
@@ -282,20 +282,20 @@ def _checked(body: CheckRequest, hold: Callable[[int], None] = lambda _size: Non
     return packed(head, curves)
 
 
-def _head(found: Examination) -> dict[str, Any]:
-    count = len(found.profiles[0].minimum)
+def _head(examination: Examination) -> dict[str, Any]:
+    count = len(examination.profiles[0].minimum)
     return {
-        "feasible": found.feasible,
-        "duration": found.duration,
-        "examined": found.examined,
-        "length": found.length,
-        "extent": found.extent,
-        "time": {"start": 0.0, "step": found.step, "count": count},
-        "peaks": [vars(peak) for peak in found.peaks],
-        "violations": [vars(each) for each in found.violations],
-        "violation_count": found.violation_count,
-        "thrust_reserve": found.reserve,
-        "notes": found.notes,
+        "feasible": examination.feasible,
+        "duration": examination.duration,
+        "examined": examination.examined,
+        "length": examination.length,
+        "extent": examination.extent,
+        "time": {"start": 0.0, "step": examination.step, "count": count},
+        "peaks": [vars(peak) for peak in examination.peaks],
+        "violations": [vars(each) for each in examination.violations],
+        "violation_count": examination.violation_count,
+        "thrust_reserve": examination.reserve,
+        "notes": examination.notes,
         "columns": [
             {
                 "name": profile.name,
@@ -303,7 +303,7 @@ def _head(found: Examination) -> dict[str, Any]:
                 "minimum": index * 2 * count,
                 "maximum": (index * 2 + 1) * count,
             }
-            for index, profile in enumerate(found.profiles)
+            for index, profile in enumerate(examination.profiles)
         ],
     }
 

@@ -80,8 +80,8 @@ class SceneViewRequest(BaseModel):
 )
 def get_phase_forces(session: FoundSession) -> PhaseForcesAnswer:
     """Return thrust and normal force of each phase at the newest tick, by the plant's force map."""
-    found = newest(session)
-    if found is None:
+    sample = newest(session)
+    if sample is None:
         raise HTTPException(409, "the session has no sample yet: play it, or step")
     plant = session.simulation.scenario.plant
     movers = {
@@ -90,14 +90,14 @@ def get_phase_forces(session: FoundSession) -> PhaseForcesAnswer:
                 **dict(
                     zip(
                         ("position", "following_error", "thrust", "normal_force", "friction"),
-                        map(_number, found.values[v, a, :5]),
+                        map(_number, sample.values[v, a, :5]),
                         strict=True,
                     )
                 ),
-                current=_three(found.values[v, a, 5:]),
-                phase_thrust=_three(found.forces[v, a, 0]),
-                phase_normal_force=_three(found.forces[v, a, 1]),
-                to_aligned=_three(found.to_aligned[v, a]),
+                current=_three(sample.values[v, a, 5:]),
+                phase_thrust=_three(sample.forces[v, a, 0]),
+                phase_normal_force=_three(sample.forces[v, a, 1]),
+                to_aligned=_three(sample.to_aligned[v, a]),
             )
             for a, axis in enumerate(AXES)
         }
@@ -105,7 +105,7 @@ def get_phase_forces(session: FoundSession) -> PhaseForcesAnswer:
     }
     gaps = {axis: air_gap(getattr(plant, axis).force_map) for axis in AXES}
     return PhaseForcesAnswer(
-        tick=found.tick, time=found.tick * CONTROL_PERIOD, air_gap=gaps, variants=movers
+        tick=sample.tick, time=sample.tick * CONTROL_PERIOD, air_gap=gaps, variants=movers
     )
 
 

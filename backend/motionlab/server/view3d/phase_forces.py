@@ -71,8 +71,8 @@ class PhaseForces:
         forces = np.zeros((*p.shape, 2, 3))
         if not self._ideal:
             for axis, motor_map in enumerate(self._maps):
-                found = forces_of_phases(motor_map, position=p[:, axis], current=i[:, axis])
-                forces[:, axis, 0], forces[:, axis, 1] = found
+                of_axis = forces_of_phases(motor_map, position=p[:, axis], current=i[:, axis])
+                forces[:, axis, 0], forces[:, axis, 1] = of_axis
         return forces
 
     def to_aligned(self, position: ArrayLike) -> Array:

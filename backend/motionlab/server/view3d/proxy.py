@@ -57,10 +57,10 @@ async def fetch_page(scene: Scene, accept_encoding: str) -> Response:
         If the process does not answer, or not in time.
     """
     encoding = "gzip" if "gzip" in accept_encoding else "identity"
-    asked = f"Origin: {scene.origin}\r\nAccept-Encoding: {encoding}\r\n"
+    fields = f"Origin: {scene.origin}\r\nAccept-Encoding: {encoding}\r\n"
     try:
         async with asyncio.timeout(ANSWER_SECONDS):
-            status, headers, body = await _get(scene, asked)
+            status, headers, body = await _get(scene, fields)
     except TimeoutError:
         raise OSError(f"its process did not answer within {ANSWER_SECONDS:g} s") from None
     passed = {name: headers[name] for name in _PASSED_ON if name in headers}
@@ -78,12 +78,12 @@ async def answers(scene: Scene) -> bool:
     return True
 
 
-async def _get(scene: Scene, asked: str) -> tuple[int, Headers, bytes]:
+async def _get(scene: Scene, fields: str) -> tuple[int, Headers, bytes]:
     """Return status, headers and body of the process's root page."""
     reader, writer = await asyncio.open_connection("127.0.0.1", scene.port, limit=PAGE_MAX)
     try:
         host = f"Host: 127.0.0.1:{scene.port}\r\n"
-        writer.write(f"GET / HTTP/1.1\r\n{host}{asked}Connection: close\r\n\r\n".encode())
+        writer.write(f"GET / HTTP/1.1\r\n{host}{fields}Connection: close\r\n\r\n".encode())
         head = (await reader.readuntil(b"\r\n\r\n")).decode("latin-1").split("\r\n")
         raw = [line.partition(":") for line in head[1:] if line]
         headers = Headers(
