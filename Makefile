@@ -105,10 +105,11 @@ schema: $(SETUP_STAMP) ## Write configs/*.schema.json from the config models
 
 docs: $(HELP) ## Build the documentation in build/help, which the lab serves at /help
 
-types: $(SETUP_STAMP) ## Write frontend/src/app/api/schema.d.ts from the OpenAPI document
+types: $(SETUP_STAMP) ## Write what other languages read: frontend/src/app/api/schema.d.ts, tests/fixtures
 	@mkdir -p build
 	@.venv/bin/motionlab openapi > build/openapi.json
 	@frontend/npm run --silent types
+	@$(PY) -m tests.fixtures
 
 # Pins stay as they are where they still fit; LOCK_FLAGS=--upgrade takes the newest.
 lock: $(UV) ## Resolve the dependencies of pyproject.toml into hashed locks

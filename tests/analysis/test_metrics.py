@@ -271,4 +271,4 @@ def test_the_page_states_every_definition():
     assert rows == [(name, d.unit, d.meaning, d.formula) for name, d in tables]
     assert {d.unit for _, d in tables} <= UNITS
     listed = re.search(r"\nRatios: ([^.]+)\.", text)
-    assert listed and re.findall(r"`(\w+)`", listed[1]) == list(RATIOS)
+    assert listed and re.findall(r"`(\w+)`", listed[1]) == list(RATIOS), "docs/metrics.md"

@@ -48,13 +48,17 @@ def test_a_metric_is_one_definition() -> None:
     out = run(
         "from motionlab.cli import main\n"
         "main(['run', 'circle', '--json'])\n"
+        "main(['run', 'circle'])\n"
         "main(['sweep', 'circle', '--grid', 'seed=1,2', '--json'])\n"
         "from motionlab.server.routes.fields import _scenario\n"
         "print(_scenario().decode())\n"
     )
-    result, sweep, served = (json.loads(line) for line in out.splitlines())
+    result, *text, sweep, served = out.splitlines()
+    result, sweep, served = (json.loads(line) for line in (result, sweep, served))
     axis = result["variants"]["A"]["axes"]["x"]
     span = axis["max_following_error"] - axis["min_following_error"]
     assert axis["span_of_error"] == span
+    assert "span_of_error_ratio" in result["comparison"]["x"]
+    assert sum("range of the error" in line for line in text) == len("xy")
     assert "span_of_error" in json.dumps(sweep)
     assert served["metrics"]["span_of_error"]["rank"] == "other"

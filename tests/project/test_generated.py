@@ -188,7 +188,7 @@ def test_the_page_names_every_call_and_no_other(document: dict[str, Any]) -> Non
         for path, operations in document["paths"].items()
         for method in operations
     }
-    assert calls == described
+    assert calls == described, "docs/rest.md"
 
 
 def test_the_page_lists_every_call_once() -> None:

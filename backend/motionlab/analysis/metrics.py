@@ -68,6 +68,10 @@ class Definition:
         sum or extreme that the kernel keeps (`motionlab.kernel.accumulator.tally_metrics`).
     of_holds : bool
         Whether `compute` needs holds: without any, the error is not even kept.
+    ratio : bool
+        Whether B/A means something, and stands in a comparison.
+    printed : str
+        Row of tables on a terminal; empty where they leave it out.
     rank : str
         Whether tables show it at once, on demand, or not.
     scale : str
@@ -80,7 +84,9 @@ class Definition:
     label: str = ""
     lower_is_better: bool = False
     compute: Callable[[ErrorWindow], float | None] | None = None
-    of_holds: bool = True
+    of_holds: bool = False
+    ratio: bool = False
+    printed: str = ""
     rank: Literal["main", "other", "hidden"] = "other"
     scale: str = ""
 
@@ -131,6 +137,8 @@ DEFINITIONS: dict[str, Definition] = {
         lower_is_better=True,
         rank="main",
         scale="following",
+        ratio=True,
+        printed="max abs following error",
     ),
     "min_following_error": Definition(
         "m",
@@ -161,6 +169,8 @@ DEFINITIONS: dict[str, Definition] = {
         lower_is_better=True,
         rank="main",
         scale="following",
+        ratio=True,
+        printed="RMS following error",
     ),
     "itae": Definition(
         "m s^2",
@@ -168,6 +178,7 @@ DEFINITIONS: dict[str, Definition] = {
         "sum(t abs(e)) T_s",
         "ITAE $",
         lower_is_better=True,
+        ratio=True,
     ),
     "max_abs_position_error": Definition(
         "m",
@@ -176,6 +187,7 @@ DEFINITIONS: dict[str, Definition] = {
         "max |p_$ error|",
         lower_is_better=True,
         rank="hidden",
+        ratio=True,
     ),
     "steady_state_error": Definition(
         "m",
@@ -186,6 +198,9 @@ DEFINITIONS: dict[str, Definition] = {
         compute=_steady_state_error,
         rank="main",
         scale="hold",
+        ratio=True,
+        printed="largest error at rest",
+        of_holds=True,
     ),
     "settling_time": Definition(
         "s",
@@ -196,6 +211,9 @@ DEFINITIONS: dict[str, Definition] = {
         lower_is_better=True,
         compute=_settling_time,
         rank="main",
+        ratio=True,
+        printed="settling time",
+        of_holds=True,
     ),
     "overshoot": Definition(
         "m",
@@ -205,6 +223,7 @@ DEFINITIONS: dict[str, Definition] = {
         lower_is_better=True,
         compute=_overshoot,
         scale="hold",
+        of_holds=True,
     ),
     "relative_overshoot": Definition(
         "1",
@@ -214,17 +233,31 @@ DEFINITIONS: dict[str, Definition] = {
         lower_is_better=True,
         compute=_relative_overshoot,
         rank="hidden",
+        of_holds=True,
     ),
     "max_abs_velocity": Definition("m/s", "largest true speed", "max abs(v)", "peak |v_$|"),
     "rms_force": Definition(
-        "N", "root mean square of the true thrust f", "sqrt(sum(f^2)/N)", "RMS F_$"
+        "N",
+        "root mean square of the true thrust f",
+        "sqrt(sum(f^2)/N)",
+        "RMS F_$",
+        ratio=True,
+        printed="RMS force",
     ),
-    "max_abs_force": Definition("N", "largest true thrust", "max abs(f)", "peak F_$"),
+    "max_abs_force": Definition(
+        "N",
+        "largest true thrust",
+        "max abs(f)",
+        "peak F_$",
+        ratio=True,
+    ),
     "rms_current": Definition(
         "A",
         "root mean square of the three phase currents together, which the copper loss follows",
         "sqrt(sum(i_a^2 + i_b^2 + i_c^2)/N)",
         "RMS i_$",
+        ratio=True,
+        printed="RMS current",
     ),
     "max_current": Definition(
         "A",
@@ -232,6 +265,7 @@ DEFINITIONS: dict[str, Definition] = {
         "max abs(i)",
         "peak i_$",
         rank="main",
+        ratio=True,
     ),
     "saturated_fraction": Definition(
         "1",
@@ -239,20 +273,10 @@ DEFINITIONS: dict[str, Definition] = {
         "(saturated ticks)/N",
         "saturated $",
         lower_is_better=True,
+        printed="saturated",
     ),
 }
 """Metrics of one axis over a window; docs/metrics.md prints this table."""
-
-MAIN_METRICS = (
-    "max_abs_following_error",
-    "rms_following_error",
-    "steady_state_error",
-    "settling_time",
-    "rms_force",
-    "rms_current",
-    "saturated_fraction",
-)
-"""Those that reports on a terminal show."""
 
 CONTOUR_DEFINITIONS: dict[str, Definition] = {
     "max": Definition(

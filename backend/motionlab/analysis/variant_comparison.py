@@ -5,18 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-RATIOS = (
-    "max_abs_following_error",
-    "rms_following_error",
-    "itae",
-    "max_abs_position_error",
-    "steady_state_error",
-    "settling_time",
-    "rms_force",
-    "max_abs_force",
-    "rms_current",
-    "max_current",
-)
+from motionlab.analysis.metrics import DEFINITIONS
+
+RATIOS = tuple(name for name, each in DEFINITIONS.items() if each.ratio)
 """Metrics of which a quotient means something."""
 
 

@@ -128,7 +128,7 @@ _BINS = 400
 _DIGITS = 6
 
 
-def curve(
+def figure_series(
     label: str,
     role: Role,
     x: ArrayLike,
@@ -170,12 +170,12 @@ def trace(
     """
     ticks = len(samples)
     if ticks <= 2 * _BINS:
-        return curve(label, role, start + np.arange(ticks) * CONTROL_PERIOD, samples)
+        return figure_series(label, role, start + np.arange(ticks) * CONTROL_PERIOD, samples)
     low, high = min_max(np.asarray(samples, dtype=np.float32)[None], _BINS)
     size = -(-ticks // _BINS)
     first = start + np.arange(low.shape[1]) * size * CONTROL_PERIOD
     time = np.stack([first, first + 0.5 * size * CONTROL_PERIOD], axis=1)
-    return curve(label, role, time.ravel(), np.stack([low[0], high[0]], axis=1).ravel())
+    return figure_series(label, role, time.ravel(), np.stack([low[0], high[0]], axis=1).ravel())
 
 
 def _rounded(value: float) -> float | None:

@@ -13,7 +13,7 @@ from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.errors import MotionLabError
 from motionlab.paper.control import STABILITY, published
 from motionlab.paper.documents import FigureAxis, FigureBound, FigureSeries, PaperFigure, Role
-from motionlab.paper.experiments import Build, Experiments, Run, curve, trace
+from motionlab.paper.experiments import Build, Experiments, Run, figure_series, trace
 from motionlab.paper.forces import FORCE_FIGURES, FORCES, FRICTION, FRICTION_FIGURES
 from motionlab.paper.motions import CIRCLE, MATCHED, MOTIONS, PRINTED, TABLE
 from motionlab.paper.printed_number import PrintedNumber
@@ -145,8 +145,8 @@ def _fig8_path(experiments: Experiments, scenario: str) -> PaperFigure:
         x=FigureAxis(label="position, x", unit="m"),
         y=FigureAxis(label="position, y", unit="m"),
         series=[
-            curve("reference", "reference", position[:, 0], position[:, 1]),
-            curve(LABELS["B"], "B", measured[0], measured[1]),
+            figure_series("reference", "reference", position[:, 0], position[:, 1]),
+            figure_series(LABELS["B"], "B", measured[0], measured[1]),
         ],
         bounds=[],
     )
@@ -277,8 +277,10 @@ def _lyapunov(experiments: Experiments, axis: str) -> PaperFigure:
         lap = to_ticks(1.0)
         places = proof.singular_places[proof.singular_places < lap]
         series = [
-            curve("V", "B", proof.time[:lap:2], np.where(proof.V > 0.0, proof.V, np.nan)[:lap:2]),
-            curve(
+            figure_series(
+                "V", "B", proof.time[:lap:2], np.where(proof.V > 0.0, proof.V, np.nan)[:lap:2]
+            ),
+            figure_series(
                 "K singular",
                 "printed",
                 proof.time[places],

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from motionlab.motor_design.fem.force_map import ForceMap
 from motionlab.motor_design.fem.uncertainty import MEASURED_NOT_COMPARABLE
 from motionlab.paper.documents import FigureAxis, Number, PaperFigure
-from motionlab.paper.experiments import Build, Experiments, curve
+from motionlab.paper.experiments import Build, Experiments, figure_series
 from motionlab.paper.printed_number import (
     Compute,
     PrintedNumber,
@@ -231,7 +231,7 @@ def _figure(experiments: Experiments, name: str) -> PaperFigure:
         "normal force": (force_map.normal_force, (380.1, 427.4)),
     }[name]
     curves = [
-        curve(
+        figure_series(
             f"{current:g} A",
             "B" if current == I_PEAK else "reference",
             x,
@@ -241,7 +241,7 @@ def _figure(experiments: Experiments, name: str) -> PaperFigure:
     ]
     top = int(np.argmax(of(about_aligned, np.full(len(x), I_PEAK))))
     points = [
-        curve(label, "printed", x[top : top + 1], np.array([peak]), kind="points")
+        figure_series(label, "printed", x[top : top + 1], np.array([peak]), kind="points")
         for label, peak in zip(("FEM", "measured"), peaks, strict=True)
     ]
     part = "a" if name == "thrust" else "b"
@@ -319,8 +319,10 @@ def _friction_figure(experiments: Experiments, axis: str) -> PaperFigure:
         x=FigureAxis(label="velocity", unit="m/s"),
         y=FigureAxis(label="friction", unit="N"),
         series=[
-            curve("printed parameters", "reference", v, steady_friction(v, F_c, F_s, v_s, sigma_2)),
-            curve("measured", "B", points[:, 0], points[:, 1], kind="points"),
+            figure_series(
+                "printed parameters", "reference", v, steady_friction(v, F_c, F_s, v_s, sigma_2)
+            ),
+            figure_series("measured", "B", points[:, 0], points[:, 1], kind="points"),
         ],
         bounds=[],
     )

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from motionlab.analysis.metrics import DEFINITIONS, MAIN_METRICS
+from motionlab.analysis.metrics import DEFINITIONS
 from motionlab.analysis.result_document import ResultDocument
 from motionlab.config.validation_errors import members, unit_of_field
 from motionlab.reports.result_text import report
@@ -144,7 +144,7 @@ class _Walk:
         stated = _unit(info)
         unit = stated if stated.name else outer
         if metric is not None:
-            if row is None or names[-1] not in MAIN_METRICS:
+            if row is None or not metric.printed:
                 return
             names = (*names[:-1], metric.label.replace("_$", "").replace(" $", ""))
             of_metric = Unit("%", 100.0) if metric.unit == "1" else Unit(metric.unit)

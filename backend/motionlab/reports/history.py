@@ -16,7 +16,7 @@ from motionlab.reports.quantities import (
     digits,
     field_at,
     quantity,
-    value_at,
+    value_markup,
 )
 
 EVENTS_MAX = 200
@@ -78,7 +78,7 @@ def trajectory_rows(tables: dict[str, Any]) -> list[tuple[Markup | str, Any]]:
     """Return the fields of a trajectory that are no lists, with their values."""
     rows: list[tuple[Markup | str, Any]] = [("kind", tables.get("kind", "\u2013"))]
     rows += [
-        (field_at(path).name, value_at(path, value))
+        (field_at(path).name, value_markup(path, value))
         for path, value in _scalars(tables, "trajectory")
         if value is not None and path != "trajectory.kind"
     ][:_FIELDS_MAX]
@@ -118,7 +118,7 @@ def _set(values: dict[str, Any], previous: dict[str, Any]) -> Markup:
                 " ",
                 change_of(path, previous[path], value)
                 if path in previous
-                else value_at(path, value),
+                else value_markup(path, value),
             ]
         )
         for path, value in values.items()

@@ -14,7 +14,7 @@ from motionlab.loop.linearise import SLIDING
 from motionlab.loop.margins import MEANINGS
 from motionlab.reports import history, results
 from motionlab.reports.markup import FORBIDDEN, symbol
-from motionlab.reports.quantities import digits, field_at, number, quantity, value_at
+from motionlab.reports.quantities import digits, field_at, number, quantity, value_markup
 from motionlab.reports.recipe import recipe
 from motionlab.reports.svg_chart import DARK_LOOKS, LOOKS, spanned
 
@@ -64,7 +64,7 @@ def _environment() -> Environment:
         "sliding": f"{SLIDING:g}",
         "spanned": spanned,
         "trajectory_rows": history.trajectory_rows,
-        "value_at": value_at,
+        "value_markup": value_markup,
     }
     return environment
 

@@ -58,7 +58,7 @@ class Plot(NamedTuple):
 
 def plots_memory(run: RunDetail) -> int:
     """Return the memory that the plots of a run take, bytes."""
-    widest = max((len(each.traces) for each in report_charts(run)), default=1)
+    widest = max((len(each.traces) for each in run_plots(run)), default=1)
     columns = max(widest, 2 + 2 * len(_drawn(run)))
     return 3 * 4 * columns * min(run.ticks, max(_PIECE // max(1, widest), _PLANE_MAX))
 
@@ -67,7 +67,7 @@ def plots(run: RunDetail, file: parquet.ParquetFile, happened: Sequence[Happened
     """Return the plots of a run: plane, following errors, other main channels."""
     if run.ticks == 0:
         return element("p", "Nothing was recorded.")
-    charts = report_charts(run)
+    charts = run_plots(run)
     curves = sum(len(each.traces) for each in charts)
     bins = max(40, min(BINS, VALUES_MAX // (2 * max(1, curves))))
     parts = [drawn for drawn in [_plane(run, file)] if drawn is not None]
@@ -77,7 +77,7 @@ def plots(run: RunDetail, file: parquet.ParquetFile, happened: Sequence[Happened
     return element("div", note, *(element("figure", part) for part in parts))
 
 
-def report_charts(run: RunDetail) -> list[Plot]:
+def run_plots(run: RunDetail) -> list[Plot]:
     """Return the plots of a run."""
     units = {column["name"]: column["unit"] or "1" for column in run.columns}
     charts = [

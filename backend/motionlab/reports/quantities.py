@@ -63,7 +63,7 @@ def field_at(path: str) -> Field:
     return Field(joined([variant, symbol(entry.label)]), entry.unit, entry.factor)
 
 
-def value_at(path: str, value: Any) -> Markup:
+def value_markup(path: str, value: Any) -> Markup:
     """Return the value of the field at a dotted path, with its unit."""
     field = field_at(path)
     text = _text(value, field.factor)
@@ -73,7 +73,7 @@ def value_at(path: str, value: Any) -> Markup:
 
 def change_of(path: str, before: Any, after: Any) -> Markup:
     """Return how a field changed."""
-    return joined([value_at(path, before), " \u2192 ", value_at(path, after)])
+    return joined([value_markup(path, before), " \u2192 ", value_markup(path, after)])
 
 
 def _text(value: Any, factor: float = 1.0) -> str:

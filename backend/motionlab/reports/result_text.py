@@ -4,18 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from motionlab.analysis.metrics import DEFINITIONS
 from motionlab.reports.tables import table
 
-_MICRO = 1e6
-_ROWS = (
-    ("max abs following error", "max_abs_following_error", _MICRO, "um"),
-    ("RMS following error", "rms_following_error", _MICRO, "um"),
-    ("largest error at rest", "steady_state_error", _MICRO, "um"),
-    ("settling time", "settling_time", 1e3, "ms"),
-    ("RMS force", "rms_force", 1.0, "N"),
-    ("RMS current", "rms_current", 1.0, "A"),
-    ("saturated", "saturated_fraction", 100.0, "%"),
-)
+_SHOWN = {"m": (1e6, "um"), "s": (1e3, "ms"), "1": (100.0, "%")}
+"""Factor and name of the unit that people use, by SI unit."""
 
 
 def report(result: dict[str, Any]) -> str:
@@ -47,15 +40,17 @@ def _segment(segment: dict[str, Any]) -> list[str]:
     axes = next((v["axes"] for v in variants.values() if v["axes"]), {})
     metrics = [
         (
-            (axis, title, unit),
+            (axis, definition.printed, unit),
             [_scaled(v["axes"].get(axis, {}).get(metric), factor) for v in variants.values()],
             segment["comparison"].get(axis, {}).get(f"{metric}_ratio"),
         )
         for axis in axes
-        for title, metric, factor, unit in _ROWS
+        for metric, definition in DEFINITIONS.items()
+        if definition.printed
+        for factor, unit in [_SHOWN.get(definition.unit, (1.0, definition.unit))]
     ]
     if len(axes) > 1:
-        largest = [_scaled(v["contour"]["max"], _MICRO) for v in variants.values()]
+        largest = [_scaled(v["contour"]["max"], _SHOWN["m"][0]) for v in variants.values()]
         a, b = (*largest, None)[:2]
         ratio = b / a if a and b is not None else None
         metrics.append((("xy", "max contouring error", "um"), largest, ratio))

@@ -140,7 +140,7 @@ def trapezoidal_edge(start: Vector, end: Vector, *, v_max: float, a_max: float) 
     return Piece(line(start, end), law, 2 * ramp + cruise)
 
 
-def visit(points: Sequence[Vector], *, dwell: float, edge: EdgeRule | None) -> list[Piece]:
+def point_to_point(points: Sequence[Vector], *, dwell: float, edge: EdgeRule | None) -> list[Piece]:
     """Stand at each point in turn, joined by edges, or by jumps when there is no edge rule."""
     pieces = hold(points[0], dwell)
     for start, end in itertools.pairwise(points):

@@ -43,10 +43,10 @@ from motionlab.trajectories.motion import (
     fast_minimum_jerk_edge,
     hold,
     minimum_jerk_edge,
+    point_to_point,
     refuse_too_long,
     run,
     trapezoidal_edge,
-    visit,
     whole_ticks,
 )
 from motionlab.trajectories.path import Vector
@@ -106,14 +106,16 @@ def plan_motion(config: TrajectoryConfig) -> MotionPlan:  # noqa: PLR0911, PLR09
         case Circle():
             return _circle(config)
         case Line():
-            return MotionPlan(visit(corners(config), dwell=config.dwell, edge=_edge_rule(config)))
+            return MotionPlan(
+                point_to_point(corners(config), dwell=config.dwell, edge=_edge_rule(config))
+            )
         case Waypoints():
             edge = _edge_rule(config)
-            once = visit(corners(config), dwell=config.dwell, edge=edge)
+            once = point_to_point(corners(config), dwell=config.dwell, edge=edge)
             return _repeated(once, laps=config.laps, dwell=config.dwell)
         case Trapezoid():
             edge = partial(trapezoidal_edge, v_max=config.v_max, a_max=config.a_max)
-            return MotionPlan(visit(corners(config), dwell=config.dwell, edge=edge))
+            return MotionPlan(point_to_point(corners(config), dwell=config.dwell, edge=edge))
         case Staircase():
             return _staircase(config)
         case Polygon() | Star():
@@ -156,7 +158,7 @@ def _staircase(config: Staircase) -> MotionPlan:
     edge = None
     if config.v_max is not None and config.a_max is not None:
         edge = partial(trapezoidal_edge, v_max=config.v_max, a_max=config.a_max)
-    once = visit(corners(config), dwell=config.dwell, edge=edge)
+    once = point_to_point(corners(config), dwell=config.dwell, edge=edge)
     return _repeated(once, laps=config.laps, dwell=config.dwell)
 
 

@@ -48,11 +48,11 @@ from motionlab.trajectories.time_optimal_limits import (
     Motor,
     Nodes,
     both_passes,
-    ceiling,
     lowest,
     places_between,
     reach_at,
     spaced,
+    squared_speed_ceiling,
 )
 from motionlab.trajectories.time_optimal_solver import DONE, FAILED, solve, tied, timed
 
@@ -184,13 +184,15 @@ def _solved(
     count = min(max(_PLACES_PER_EDGE * edges, _PLACES[0]), _PLACES[1])
     evenly = places_between(ends, count)
     places = _nodes(path, evenly) if straight else _turning_little(path, evenly)
-    most = ceiling(motor, places, along)
+    most = squared_speed_ceiling(motor, places, along)
     passes = both_passes(motor, places, along, most)
 
     def grid(every: float) -> _Grid:
         ways, free = spaced(places.way, passes, every, *_NODES)
         nodes = _nodes(path, ways)
-        return _Grid(nodes, lowest(ways, ceiling(motor, nodes, along), places.way, most), free)
+        return _Grid(
+            nodes, lowest(ways, squared_speed_ceiling(motor, nodes, along), places.way, most), free
+        )
 
     fine = grid(_NODE_TIME)
     ways, free = fine.nodes.way, fine.free

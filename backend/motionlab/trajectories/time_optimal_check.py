@@ -121,7 +121,7 @@ def tighten(time: Array, ratios: Array, share: Array, step: float, tighter: floa
     ----------
     time : ndarray, shape (n,)
         When each node is reached, s.
-    found : ndarray, shape (ticks,)
+    ratios : ndarray, shape (ticks,)
         From `shares`.
     share : ndarray, shape (n,)
         Reduced in place.

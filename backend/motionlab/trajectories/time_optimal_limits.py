@@ -88,7 +88,7 @@ def _gains(motor: Motor, nodes: Nodes, k: int, x: float, a_max: float) -> tuple[
 
 
 @cached
-def ceiling(motor: Motor, nodes: Nodes, along: Along) -> Array:
+def squared_speed_ceiling(motor: Motor, nodes: Nodes, along: Along) -> Array:
     """Return the largest squared speed at each node, by itself; (m/s)^2.
 
     Besides velocity and centripetal acceleration, constant jerk from rest at either end bounds it.

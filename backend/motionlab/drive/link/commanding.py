@@ -12,7 +12,7 @@ from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.drive import faults
 from motionlab.drive.libc import part
 from motionlab.drive.link.bus import Bus, set_output
-from motionlab.drive.link.kernels import run_plain, run_tabled
+from motionlab.drive.link.kernel_symbols import run_plain, run_tabled
 from motionlab.drive.link.memory import Count, Layout, Memory, enter, latch, with_torque
 from motionlab.drive.link.shared import RING_TICKS, Command, Figure, Shared, State, Status
 from motionlab.drive.process_data import (

@@ -3,7 +3,7 @@ import {
   actionText,
   announced,
   changeText,
-  codeOf,
+  faultCode,
   figuresText,
   figureText,
   headline,
@@ -113,8 +113,8 @@ describe('a fault', () => {
     expect(placeText(exampleFault(), drives)).toBe('axis y');
     const failed = exampleFault({ subject: 'drive', place: 5, code: 0x1000, error: 0x2310 });
     expect(placeText(failed, drives)).toBe('drive 5, y b');
-    expect(codeOf(failed)).toBe('0x2310');
-    expect(codeOf(exampleFault())).toBe('0x8611');
+    expect(faultCode(failed)).toBe('0x2310');
+    expect(faultCode(exampleFault())).toBe('0x8611');
     expect(figuresText(exampleFault())).toBe('512 µm, limit 500 µm');
     expect(figuresText(exampleFault({ value: null }))).toBe('');
   });

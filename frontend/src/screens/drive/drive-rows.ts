@@ -80,7 +80,7 @@ export function placeText(fault: FaultNow, drives: readonly OneDrive[]): string 
 }
 
 /** The code that a manual lists: the drive's own, or ours. */
-export function codeOf({ code, error }: FaultNow): string {
+export function faultCode({ code, error }: FaultNow): string {
   return hex(error || code);
 }
 

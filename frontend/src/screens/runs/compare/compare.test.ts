@@ -22,7 +22,7 @@ import {
   reasonText,
   sortedBy,
   toleranceText,
-} from './compare-table';
+} from './channel-verdicts';
 import { ComparisonWindow } from './comparison-window';
 import { differsFrom, setDifferently } from './scenario-text';
 

@@ -18,7 +18,7 @@ import {
   type Rule,
 } from './compare-request';
 import { lettersOf } from './compared-variants';
-import { VERDICTS, type Sorting, type Verdict } from './compare-table';
+import { VERDICTS, type Sorting, type Verdict } from './channel-verdicts';
 
 /** What is drawn at first, where both have it. */
 const FIRST = ['B.x.following_error', 'A.x.following_error', 'M.x.following_error'];
