@@ -278,3 +278,15 @@ def test_a_limit_of_open_files_lowers_that_of_connections(
     assert settings.connections_max == most
     assert settings.websockets_max == (512 if most == 800 else most // 2)
     assert limits == ([] if raised is None else [raised])
+
+
+def test_a_body_that_goes_on_after_its_answer_has_no_second_answer(server: Server) -> None:
+    size = 2_000_000
+    post = SLOW.replace(b"1000\r\n\r\n{", b"%d\r\n\r\n" % size)
+    with link(server, post) as opened:
+        assert opened.recv(12) == b"HTTP/1.1 413"
+        for _ in range(size // 50_000):
+            opened.sendall(50_000 * b"a")
+        get = f"GET {API}/health HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n\r\n"
+        opened.sendall(get.encode())
+        assert [text[:4] for text in read_all(opened).split(b"HTTP/1.1")[1:]] == [b" 200"]

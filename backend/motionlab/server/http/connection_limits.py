@@ -48,6 +48,7 @@ _NO_HANDSHAKE = "A websocket is asked for by a GET of some short headers."
 _TOO_MANY = "There are too many websockets already."
 _HEADER_MARKS = 4  # bytes: a colon, a space and the end of the line
 _UNUSED_MAX = 512 * 1024  # bytes that may arrive before the application takes any as a body
+_REST_MAX = 16 * 1024 * 1024  # bytes of a body that may follow the answer to its request
 _PIECE = 1024  # bytes that are parsed at a time: some 200 messages of the shortest
 _TURN = 0.002  # s for which one websocket is read without a look at others
 _LEAST_BURST = 0.0005  # s
@@ -126,7 +127,7 @@ class Connection(asyncio.Protocol):
         self.since, self.answered = 0.0, -math.inf
         self._protocol: asyncio.Protocol = HttpToolsProtocol(**options)
         self._loop = asyncio.get_running_loop()
-        self._serves = False
+        self._serves = self._rest_comes = False
         self._unused = 0
         self._reading: asyncio.TimerHandle | None = None
 
@@ -174,20 +175,23 @@ class Connection(asyncio.Protocol):
 
     def begin(self) -> None:
         """Note that a head is complete."""
-        self.waits, self._serves, self._unused = False, True, 0
+        self.waits, self._serves, self._rest_comes, self._unused = False, True, False, 0
 
     def await_body(self, *, waits: bool) -> None:
         """Note that a part of a body is waited for, or has come."""
         self.waits, self._unused = waits, 0
 
-    def end(self) -> None:
-        """Note that a request is answered."""
-        self.waits, self._serves = True, False
+    def end(self, *, rest_comes: bool) -> None:
+        """Note that a request is answered, perhaps before all of its body has come."""
+        self.waits, self._serves, self._rest_comes, self._unused = True, False, rest_comes, 0
         self.since = self.answered = self._loop.time()
 
     def _check_unused(self) -> None:
         if self._serves and self._unused > _UNUSED_MAX:
             self.transport.abort()  # in the middle of an answer
+        elif self._rest_comes:  # what comes is no head: its client would read a second answer
+            if self._unused > _REST_MAX:
+                self.transport.abort()
         elif not self._serves and self._unused > HEAD_MAX:
             _refuse(self.transport, _HEAD_TOO_LARGE)
 
@@ -392,7 +396,7 @@ class ConnectionLimits:
     async def _answer(
         self, connection: Connection, scope: Scope, receive: Receive, send: Send
     ) -> None:
-        arrived = False
+        arrived = not _has_body(scope)
 
         async def received() -> Message:
             nonlocal arrived
@@ -412,7 +416,7 @@ class ConnectionLimits:
             else:
                 await self.app(scope, received, send)
         finally:
-            connection.end()
+            connection.end(rest_comes=not arrived)
 
 
 def protocols(settings: Settings) -> tuple[type[Connection], type[Socket]]:
@@ -424,6 +428,13 @@ def protocols(settings: Settings) -> tuple[type[Connection], type[Socket]]:
 def _head_size(scope: Scope) -> int:
     headers = sum(len(name) + len(value) + _HEADER_MARKS for name, value in scope["headers"])
     return headers + len(scope["raw_path"]) + len(scope["query_string"])
+
+
+def _has_body(scope: Scope) -> bool:
+    return any(
+        name == b"transfer-encoding" or (name == b"content-length" and value.strip(b"0 "))
+        for name, value in scope["headers"]
+    )
 
 
 def _refuse(transport: asyncio.Transport, reason: str) -> None:
