@@ -19,8 +19,10 @@ async def _linked(app: FastAPI) -> AsyncIterator[None]:
     drives = state.drives = Drives(state.settings.drive)
     drives.torque_steps["friction"] = FrictionStep(drives, state.sessions, state.workers)
     state.activities.append(lambda: drives.active)
-    yield
-    await drives.close()
+    try:
+        yield
+    finally:
+        await drives.close()
 
 
 router = APIRouter(lifespan=_linked)
