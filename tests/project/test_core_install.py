@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import json
+import os
 import re
 import subprocess
 import sys
@@ -146,6 +147,8 @@ def carried_out(python: Path, folder: Path, task: list[tuple[str, str]]) -> list
         [python, "-W", "error", "-c", INSIDE],
         input=json.dumps(task),
         cwd=folder,
+        # A force map that another test has kept would be shown, not computed.
+        env=os.environ | {"MOTIONLAB_DATA": str(folder.with_name(f"{folder.name}-data"))},
         capture_output=True,
         text=True,
         timeout=5 * PATIENCE,
