@@ -193,7 +193,7 @@ def test_scopes_are_built_by_keyboard_alone(page: Page) -> None:
     assert built() == ["Following error x"]
     expect(scopes.locator(":focus")).to_have_count(1)
     command(page, "layout keep, open")
-    tab_to(page, "Open")
+    tab_to(page, "Open by keys")
     press(page, "Enter")
     assert built() == kept
 

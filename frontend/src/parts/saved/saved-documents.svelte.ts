@@ -52,7 +52,8 @@ export class SavedDocuments<E extends SavedEntry, D = never> {
     return (this.entries ?? []).some((entry) => entry.name === name);
   }
 
-  refresh = () => this.carryOut(async () => undefined);
+  /** Lists what there is; meanwhile a name can be typed and saved. */
+  refresh = () => this.attempt(async () => undefined);
 
   /**
    * Saves a document under a name.
@@ -104,9 +105,18 @@ export class SavedDocuments<E extends SavedEntry, D = never> {
     return this.kind.read(entry);
   }
 
-  /** Does something and lists what there is then; returns whether it was done. */
+  /** Does something, one thing at a time for the buttons; returns whether it was done. */
   private async carryOut(work: () => Promise<unknown>): Promise<boolean> {
     this.busy = true;
+    try {
+      return await this.attempt(work);
+    } finally {
+      this.busy = false;
+    }
+  }
+
+  /** Does something and lists what there is then; returns whether it was done. */
+  private async attempt(work: () => Promise<unknown>): Promise<boolean> {
     this.problem = '';
     try {
       await work();
@@ -115,8 +125,6 @@ export class SavedDocuments<E extends SavedEntry, D = never> {
     } catch (error) {
       this.problem = errorText(error);
       return false;
-    } finally {
-      this.busy = false;
     }
   }
 }
