@@ -13,6 +13,7 @@ import httpx
 import pytest
 
 from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.server.live.messages import Gap
 from motionlab.server.live.stream import LAG_SECONDS
 from motionlab.server.settings import Settings
 from motionlab.telemetry.frames import Frame
@@ -24,6 +25,7 @@ from tests.server.servers import PATIENCE, Server
 ERRORS = ["A.x.following_error", "B.x.following_error"]
 FREEZE = 8.0  # s
 SPEED = 10.0
+UNREAD = 1_000_000  # bytes
 
 
 def test_a_client_that_does_not_acknowledge(
@@ -67,6 +69,32 @@ def test_a_slow_client_that_subscribes_again_gets_what_it_asks_for(
     assert stream.subscribe(ERRORS[:1], from_tick=10)["from_tick"] == 10
     stream.ack(first)
     assert stream.collect(10, 5010)[0].tobytes() == wanted(ERRORS[0], 10, 5010)
+
+
+def test_a_client_that_stops_reading_between_a_gap_and_its_frame_holds_up_no_other(
+    server: Server, connect: Connect, live: Live, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # More than any buffer on the way takes: whoever sends after it would wait for its reader.
+    monkeypatch.setattr(Gap, "model_dump_json", lambda _: 50_000_000 * " ")
+    frozen, other = connect(sock=small_socket(server), max_queue=1), connect()
+    for one in (frozen, other):
+        one.subscribe(ERRORS)
+    live.step(10)
+    first = frozen.frame()
+    other.ack(other.frame())
+    time.sleep(2 * LAG_SECONDS)
+    for _ in range(4):  # messages that it does not read, so that it takes in no more
+        live.step(1000)
+        other.ack(other.frame())
+    frozen.ack(first)
+    until(lambda: max(server.unsent) > UNREAD)
+    for tick in (4010, 4020):
+        live.step(10)
+        frame = other.frame()
+        other.ack(frame)
+        assert frame.first_tick == tick
+    assert max(server.unsent) > UNREAD  # those came while it had not read yet
+    frozen.cut()
 
 
 @dataclass

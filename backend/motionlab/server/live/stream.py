@@ -224,6 +224,9 @@ class Stream(Listener):
             self._monitor.dropped.inc(frames)
             gap = Gap(from_tick=skipped, to_tick=start, frames=frames)
             await self._websocket.send_text(gap.model_dump_json())
+            if not self._socket.has_room:  # to wait for this client would hold up all others
+                self._next = start
+                return
         self._unacknowledged.append((self._sequence, time.monotonic()))
         head = header(len(self._rows), self._sequence, stop - start, start)
         self._sequence += 1
