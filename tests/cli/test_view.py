@@ -38,6 +38,7 @@ def test_a_test_cycle_is_the_one_that_is_asked_for(capsys: pytest.CaptureFixture
         (["ballbar", "circle", "--targets", "3"], "--targets: is of the view positioning"),
         (["positioning", "circle", "--from", "1"], "--from: is of a run"),
         (["positioning", "circle", "--targets", "1"], "targets"),
+        (["positioning", "circle", "--targets", "50", "--runs", "50"], "too many samples"),
         (["positioning", "circle", "--low", "0.02", "--high", "0.01"], "high"),
         (["roundness", "circle"], "no such VIEW; got 'roundness'"),
     ],

@@ -69,17 +69,15 @@ def _add_options(parser: Parser) -> None:
                 continue
             known.add(name)
             default = "" if field.default is None else f", default {field.default}"
-            group.add_argument(
-                f"--{name}",
-                type=str if field.choices else int if field.whole else float,
-                choices=[choice.value for choice in field.choices] if field.choices else None,
-                metavar=None
-                if field.choices
-                else "N"
-                if field.whole
-                else field.unit.upper() or "X",
-                help=f"{field.description}{default}".replace("%", "%%"),
-            )
+            text = f"{field.description}{default}".replace("%", "%%")
+            if field.choices:
+                choices = [choice.value for choice in field.choices]
+                group.add_argument(f"--{name}", choices=choices, help=text)
+            elif field.whole:
+                group.add_argument(f"--{name}", metavar="N", type=int, help=text)
+            else:
+                metavar = field.unit.upper() or "X"
+                group.add_argument(f"--{name}", metavar=metavar, type=float, help=text)
 
 
 def _view(options: argparse.Namespace) -> int:
@@ -128,4 +126,6 @@ def _recorded(view: View, request: BaseModel | None, options: argparse.Namespace
         return of_run(library().named(options.scenario), start, end, window=view.window)
     scenario = load_scenario(source(options), parse_assignments(options.assignments))
     scenario = view.to_simulate(scenario, request, {"--from": start, "--to": end})
+    if view.measures:
+        start = 0.0  # too long a measurement is refused, not cut to its end
     return of_scenario(prepare(scenario), start, end, window=view.window)
