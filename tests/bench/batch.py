@@ -120,7 +120,7 @@ def _exact() -> Prepared:
 
 def _gains(prepared: Prepared, k_p: Array, k_d: Array | None = None) -> Array:
     """Return lanes of variant B under as many gain sets, the same on both axes."""
-    lanes = np.repeat(lanes_of(prepared)[:, 1:], len(k_p), axis=1)
+    lanes = np.repeat(lanes_of(prepared.epochs)[:, 1:], len(k_p), axis=1)
     lanes[:, :, parameter_row("controller.k_p")] = k_p[:, None]
     if k_d is not None:
         lanes[:, :, parameter_row("controller.k_d")] = k_d[:, None]

@@ -19,7 +19,7 @@ from motionlab.server.app import create_app
 
 PROBLEM = "application/problem+json"
 HEADERS = {
-    "content-security-policy": "default-src 'self'; script-src 'self'; "
+    "content-security-policy": "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; "
     "style-src 'self' 'unsafe-inline'; img-src 'self' data:; object-src 'none'; base-uri 'none'; "
     "form-action 'self'; frame-ancestors 'self'",
     "cross-origin-resource-policy": "same-origin",

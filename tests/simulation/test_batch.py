@@ -137,7 +137,7 @@ def test_watched_errors_are_those_of_the_run() -> None:
 def test_gains_side_by_side_equal_runs_with_these_gains() -> None:
     prepared = prepare(load_scenario("circle", SHORT))
     gains = np.linspace(1e5, 3e5, 5)
-    lanes = np.repeat(lanes_of(prepared)[:, :1], len(gains), axis=1)
+    lanes = np.repeat(lanes_of(prepared.epochs)[:, :1], len(gains), axis=1)
     lanes[:, :, parameter_row("controller.k_p"), 0] = gains
     scores = BatchRunner(prepared).score(lanes)
     for i, k_p in enumerate(gains):
@@ -148,7 +148,7 @@ def test_gains_side_by_side_equal_runs_with_these_gains() -> None:
 def test_another_process_runs_the_code_that_is_compiled() -> None:
     """Arrays that come out of a pickle can be written to, for which numba compiles anew."""
     prepared = prepare(load_scenario("circle", SHORT))
-    lanes = lanes_of(prepared)[:, :1]
+    lanes = lanes_of(prepared.epochs)[:, :1]
     expected = BatchRunner(prepared).score(lanes, threads=1).metrics["itae"]
     compiled = list(score._score_narrow.signatures)
     sent = pickle.loads(pickle.dumps(prepared))
@@ -159,7 +159,7 @@ def test_another_process_runs_the_code_that_is_compiled() -> None:
 def test_lanes_of_a_scenario_are_those_of_its_runs() -> None:
     scenario = load_scenario("circle")
     (block,) = lane_parameters(scenario)
-    movers = lanes_of(prepare(scenario))[0]
+    movers = lanes_of(prepare(scenario).epochs)[0]
     np.testing.assert_array_equal(block[:, :4].T, movers.transpose(0, 2, 1).reshape(4, -1))
 
 

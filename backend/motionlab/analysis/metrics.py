@@ -384,7 +384,7 @@ def error_metrics(
     settling_band : float
         Following error below which a move counts as settled, m.
     """
-    holds = _holds_within(reference, AXES.index(axis), window)
+    holds = holds_within(reference, AXES.index(axis), window)
     error = np.where(np.abs(error) < _ROUNDING, 0.0, error)
     of = ErrorWindow(error, holds, settling_band)
     return {name: each.compute(of) for name, each in DEFINITIONS.items() if each.compute}
@@ -396,6 +396,19 @@ def needs_errors(reference: Reference) -> bool:
         each.compute is not None and (bool(reference.holds) or not each.of_holds)
         for each in DEFINITIONS.values()
     )
+
+
+def holds_within(reference: Reference, index: int, window: Interval) -> list[Hold]:
+    """Return the holds of an axis, x or y by its index, that begin in a window, cut at its end."""
+    start, end = window
+    position = reference.position[:, index]
+    from_tick = {edge_end: edge_start for edge_start, edge_end in reference.edges}
+    return [
+        # A true step is no edge: it happens between two ticks.
+        Hold(a - start, min(b, end) - start, float(position[a] - position[from_tick.get(a, a - 1)]))
+        for a, b in reference.holds
+        if start <= a < end
+    ]
 
 
 def _tally(record: VariantRecord, target: Array) -> Array:
@@ -430,16 +443,3 @@ def _whole(values: NDArray[np.float32]) -> NDArray[np.float32]:
     if len(known) in {0, len(values)}:
         return values
     return np.interp(np.arange(len(values)), known, values[known]).astype(np.float32)
-
-
-def _holds_within(reference: Reference, index: int, window: Interval) -> list[Hold]:
-    """Return the holds that begin in a window, cut at its end."""
-    start, end = window
-    position = reference.position[:, index]
-    from_tick = {edge_end: edge_start for edge_start, edge_end in reference.edges}
-    return [
-        # A true step is no edge: it happens between two ticks.
-        Hold(a - start, min(b, end) - start, float(position[a] - position[from_tick.get(a, a - 1)]))
-        for a, b in reference.holds
-        if start <= a < end
-    ]

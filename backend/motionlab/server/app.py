@@ -64,6 +64,7 @@ from motionlab.server.routes import (
     view3d,
     views,
     whatif,
+    whatif_lanes,
 )
 from motionlab.server.settings import Settings
 from motionlab.server.view3d.processes import Scenes
@@ -80,6 +81,7 @@ _MODULES = (
     simulate,
     jobs,
     whatif,
+    whatif_lanes,
     expressions,
     trajectories,
     sessions,

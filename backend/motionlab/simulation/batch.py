@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from motionlab.analysis.metrics import DEFINITIONS
 from motionlab.config.changes import apply_changes, reapplied
-from motionlab.config.load import validate
+from motionlab.config.load import Epochs, validate
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
 from motionlab.config.timing import CONTROL_PERIOD
@@ -289,7 +289,7 @@ def run_prepared(
                 progress((done + share * size) / len(cases))
 
         runner = BatchRunner(cases[members[0]])
-        lanes = np.concatenate([lanes_of(cases[i]) for i in members], axis=1)
+        lanes = np.concatenate([lanes_of(cases[i].epochs) for i in members], axis=1)
         numbers = (np.array(members)[:, None] * len(variants) + np.arange(len(variants))).ravel()
 
         def look(first: int, errors: NDArray[np.float32], numbers: Any = numbers) -> None:
@@ -312,7 +312,7 @@ def run_prepared(
     return Batch(variants, metrics, first, np.ones(len(cases), dtype=bool))
 
 
-def lanes_of(prepared: Prepared) -> Array:
+def lanes_of(epochs: Epochs) -> Array:
     """Return the lane parameters of every variant, (epochs, variants, PARAMETER_ROWS, axes)."""
     return np.array(
         [
@@ -320,7 +320,7 @@ def lanes_of(prepared: Prepared) -> Array:
                 mover_parameters(scenario, variant.controller)
                 for variant in scenario.variants.values()
             ]
-            for _, scenario in prepared.epochs
+            for _, scenario in epochs
         ]
     ).transpose(0, 1, 3, 2)
 

@@ -25,7 +25,7 @@ from motionlab.kernel.build import LANES_PER_VARIANT, initial_state
 from motionlab.kernel.layout import state_row
 from motionlab.kernel.score import Block, ScoreWindow, score_ticks
 from motionlab.lanes import WIDE, WIDTH
-from motionlab.simulation.inputs import PAGE, page_inputs
+from motionlab.simulation.inputs import inputs_over
 from motionlab.simulation.prepare import Prepared
 from motionlab.simulation.timeline import Timeline
 
@@ -73,7 +73,8 @@ class BatchRunner:
         self.window = prepared.window
         self.settling_band = prepared.scenario.settling_band
         self.starts = tuple(tick for tick, _ in prepared.epochs)
-        self._inputs = _all_inputs(prepared)
+        timeline = Timeline(reference, prepared.load)
+        self._inputs = inputs_over(prepared.epochs, timeline, 0, reference.ticks)
         self._target = np.ascontiguousarray(reference.position[slice(*self.window), None, :])
 
     def score(
@@ -207,20 +208,6 @@ def _has_avx512() -> bool:
     chosen = config.CPU_FEATURES  # pyright: ignore[reportAttributeAccessIssue]
     features = chosen or binding.get_host_cpu_features().flatten()
     return "+avx512f" in features.split(",")
-
-
-def _all_inputs(prepared: Prepared) -> Array:
-    """Return the kernel's inputs over a whole run, shape (ticks, INPUT_ROWS, 2)."""
-    timeline = Timeline(prepared.reference, prepared.load)
-    ticks = prepared.reference.ticks
-    ends = [*(tick for tick, _ in prepared.epochs[1:]), ticks]
-    parts = []
-    for (start, scenario), end in zip(prepared.epochs, ends, strict=True):
-        for page in range(start // PAGE, -(-end // PAGE)):
-            first = page * PAGE
-            inputs = page_inputs(scenario, timeline, page)
-            parts.append(inputs[max(start - first, 0) : end - first])
-    return np.concatenate(parts)
 
 
 def _in_threads(

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from motionlab.config.load import Epochs
 from motionlab.config.plant import AmplifierConfig
 from motionlab.config.scenario import LoadConfig, Scenario
 from motionlab.config.timing import CONTROL_PERIOD, to_ticks
@@ -76,6 +77,19 @@ def page_inputs(scenario: Scenario, timeline: Timeline, page: int) -> NDArray[np
                 noise += _ripple(config.amplifiers, start, phase)[:count]
             inputs[:, _ROW[name], axis] = noise
     return inputs
+
+
+def inputs_over(epochs: Epochs, timeline: Timeline, start: int, stop: int) -> NDArray[np.float64]:
+    """Return the kernel's inputs over ticks [start, stop), shape (stop - start, INPUT_ROWS, 2)."""
+    ends = [*(tick for tick, _ in epochs[1:]), stop]
+    parts = []
+    for (begin, scenario), end in zip(epochs, ends, strict=True):
+        first, last = max(begin, start), min(end, stop)
+        for page in range(first // PAGE, -(-last // PAGE) if first < last else 0):
+            offset = page * PAGE
+            inputs = page_inputs(scenario, timeline, page)
+            parts.append(inputs[max(first - offset, 0) : last - offset])
+    return np.concatenate(parts)
 
 
 def _ripple(config: AmplifierConfig, start: int, phase: int) -> NDArray[np.float64]:

@@ -46,10 +46,24 @@ def document(prepared: Prepared, recording: Recording) -> dict[str, Any]:
     dict
         Metrics in SI units; see docs/metrics.md.
     """
-    scenario = prepared.scenario
     window = prepared.window
-    plant = _in_effect(prepared, window).plant
     measured = _measure(prepared, recording, window)
+    return {
+        **identity(prepared),
+        **measured,
+        "segments": [
+            measured if segment == window else _measure(prepared, recording, segment)
+            for segment in segments(prepared)
+            if recording.holds(segment)
+        ],
+    }
+
+
+def identity(prepared: Prepared) -> dict[str, Any]:
+    """Return the part of the result document that says what was run, and by what."""
+    scenario = prepared.scenario
+    in_effect = effective(prepared, prepared.window)
+    plant = in_effect.plant
     return {
         "scenario": scenario.name,
         "seed": scenario.seed,
@@ -57,13 +71,7 @@ def document(prepared: Prepared, recording: Recording) -> dict[str, Any]:
         "plant_description": plant.description,
         "version": __version__,
         "model": model_hash(),
-        "maps": maps_of(_in_effect(prepared, window)),
-        **measured,
-        "segments": [
-            measured if segment == window else _measure(prepared, recording, segment)
-            for segment in _segments(prepared, window)
-            if recording.holds(segment)
-        ],
+        "maps": maps_of(in_effect),
     }
 
 
@@ -80,7 +88,7 @@ def metadata(scenario: Scenario) -> dict[str, str]:
 
 def _measure(prepared: Prepared, recording: Recording, window: Window) -> dict[str, Any]:
     """Return the metrics of all variants over one window."""
-    scenario, reference = _in_effect(prepared, window), prepared.reference
+    scenario, reference = effective(prepared, window), prepared.reference
     variants: dict[str, Any] = {}
     for name, variant in scenario.variants.items():
         diverged = recording.variants[name].diverged
@@ -88,16 +96,9 @@ def _measure(prepared: Prepared, recording: Recording, window: Window) -> dict[s
             recording, name, reference, window, settling_band=scenario.settling_band
         )
         result = {"diverged": None if diverged is None else _divergence(diverged), **metrics}
-        variants[name] = {
-            "label": variant.label,
-            "law": variant.controller.compensation.law,
-            "enabled": variant.controller.compensation.enabled,
-            "notes": [
-                *warnings_of(scenario, name, result),
-                *_notes(scenario, reference, variant),
-            ],
-            **result,
-        }
+        own = variant_identity(scenario, reference, variant)
+        notes = [*warnings_of(scenario, name, result), *own["notes"]]
+        variants[name] = {**own, "notes": notes, **result}
     first, *others = variants
     comparison = compare(variants[first], variants[others[0]]) if others else {}
     _note_published_k(variants, first)
@@ -108,12 +109,25 @@ def _measure(prepared: Prepared, recording: Recording, window: Window) -> dict[s
     }
 
 
-def _in_effect(prepared: Prepared, window: Window) -> Scenario:
+def variant_identity(
+    scenario: Scenario, reference: Reference, variant: VariantConfig
+) -> dict[str, Any]:
+    """Return the part of a variant's result that does not depend on its run."""
+    compensation = variant.controller.compensation
+    return {
+        "label": variant.label,
+        "law": compensation.law,
+        "enabled": compensation.enabled,
+        "notes": _notes(scenario, reference, variant),
+    }
+
+
+def effective(prepared: Prepared, window: Window) -> Scenario:
     """Return the parameters in effect at the end of a window."""
     return [scenario for tick, scenario in prepared.epochs if tick < window[1]][-1]
 
 
-def _segments(prepared: Prepared, window: Window) -> list[Window]:
+def segments(prepared: Prepared) -> list[Window]:
     """Return a window for each interval between scheduled switches.
 
     Without a schedule that is the main window. Of a motion that repeats, each is the last two
@@ -121,14 +135,14 @@ def _segments(prepared: Prepared, window: Window) -> list[Window]:
     """
     starts = [tick for tick, _ in prepared.epochs]
     if len(starts) == 1:
-        return [window]
+        return [prepared.window]
     ends = [*starts[1:], prepared.reference.ticks]
     period = prepared.reference.period
-    segments = []
+    windows = []
     for start, end in zip(starts, ends, strict=True):
         settled = min(start + period, end - 1)
-        segments.append((max(settled, end - 2 * period) if period else start, end))
-    return segments
+        windows.append((max(settled, end - 2 * period) if period else start, end))
+    return windows
 
 
 def _divergence(diverged: Divergence) -> dict[str, Any]:

@@ -253,6 +253,12 @@ def variant_columns(samples: NDArray[np.float32], variant: int, count: int) -> N
     return samples[block, :count, :, lane : lane + LANES_PER_VARIANT].transpose(1, 2, 0)
 
 
+def variant_lanes(state: Array, variant: int) -> Array:
+    """Return the state of one variant, shape (STATE_ROWS, axes)."""
+    block, lane = _place(variant)
+    return state[block, :, lane : lane + LANES_PER_VARIANT]
+
+
 def _place(variant: int) -> tuple[int, int]:
     """Return the block of a variant and its first lane there."""
     block, place = divmod(variant, VARIANTS_PER_BLOCK)

@@ -53,7 +53,24 @@ def run_changed(
     changes: Mapping[str, Any],
     extent: Extent,
 ) -> Recording:
-    """Run a changed scenario, from its start or from a stored state of the unchanged one.
+    """Run a changed scenario from where `beginning` has it begin; parameters and errors as there.
+
+    Returns
+    -------
+    Recording
+        The whole run, or from the state's tick, its `first_tick`, to the end of the window.
+    """
+    start, stop = beginning(changed, source, changes, extent)
+    return run(changed, start=start, stop=stop)
+
+
+def beginning(
+    changed: Prepared,
+    source: str | Mapping[str, Any],
+    changes: Mapping[str, Any],
+    extent: Extent,
+) -> tuple[Snapshot | None, int]:
+    """Return the state at which a changed scenario begins, None at rest, and the tick of its end.
 
     A state is used where the run up to the window's end is long and a running session would take
     the changes. Then the unchanged scenario runs up to the state's tick and the changes hold from
@@ -74,11 +91,6 @@ def run_changed(
     ------
     ConfigError
         If it would have to run from the start and is too long for that.
-
-    Returns
-    -------
-    Recording
-        The whole run, or from the state's tick, its `first_tick`, to the end of the window.
     """
     work_max = extent.work_max
     tick, stop = _stretch(changed, extent)
@@ -90,7 +102,7 @@ def run_changed(
         if list(unchanged.variants) == list(changed.scenario.variants):
             stored = _state(tables, tick, map_digests(epochs(unchanged)))
         if stored is not None:
-            return run(changed, start=stored, stop=stop)
+            return stored, stop
     if changed.work > work_max:
         raise ConfigError(
             FieldError(
@@ -102,7 +114,7 @@ def run_changed(
                 unit="s",
             )
         )
-    return run(changed)
+    return None, changed.reference.ticks
 
 
 def recorded_ticks_max(changed: Prepared, extent: Extent) -> int:

@@ -1,4 +1,4 @@
-"""Answers of a JSON head and float32 curves, as the page reads them without a copy."""
+"""Answers of a JSON head and arrays of numbers, as the page reads them without a copy."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ MEDIA_TYPE = "application/octet-stream"
 _ALIGNMENT = 8
 
 
-def packed(head: dict[str, Any], curves: Sequence[ArrayLike]) -> bytes:
+def packed(head: dict[str, Any], curves: Sequence[ArrayLike], kind: str = "<f4") -> bytes:
     """Return the length of the head, 0, the head padded to a multiple of 8, and the curves.
 
     Parameters
@@ -22,9 +22,11 @@ def packed(head: dict[str, Any], curves: Sequence[ArrayLike]) -> bytes:
     head : dict
         What JSON can hold, without NaN and infinity.
     curves : sequence of array
-        Rounded to float32 and put one after another.
+        Put one after another.
+    kind : str
+        Type that their numbers are rounded to.
     """
     text = json.dumps(head, allow_nan=False, separators=(",", ":")).encode()
     text += b" " * (-len(text) % _ALIGNMENT)
-    values = [np.ascontiguousarray(curve, dtype="<f4").tobytes() for curve in curves]
+    values = [np.ascontiguousarray(curve, dtype=kind).tobytes() for curve in curves]
     return b"".join((struct.pack("<II", len(text), 0), text, *values))

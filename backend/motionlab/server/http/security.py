@@ -37,7 +37,7 @@ _OWN_SITES = {"same-origin", "none"}  # of Sec-Fetch-Site; none: the address was
 _POLICY_VIOLATION = 1008
 _FAREWELL = 1.0  # s for a client to take the reason
 CONTENT_POLICY = (
-    "default-src 'self'; script-src 'self'; style-src 'self' 'unsafe-inline'; "
+    "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self' 'unsafe-inline'; "
     "img-src 'self' data:; object-src 'none'; base-uri 'none'; form-action 'self'; "
     "frame-ancestors 'self'"
 )

@@ -63,7 +63,29 @@ ColumnName = Annotated[
 ]
 
 
-class WhatIfRequest(ChangedScenario):
+class Stretch(ChangedScenario):
+    """A scenario, changes to it, and the part of it that is looked at."""
+
+    start: float | None = Field(
+        default=None,
+        ge=0.0,
+        le=_LATEST,
+        strict=True,
+        allow_inf_nan=False,
+        description="Begin of the curves, s; without, of the window of the metrics. Where that far "
+        "back nothing was simulated, they begin later",
+    )
+    end: float | None = Field(
+        default=None,
+        ge=0.0,
+        le=_LATEST,
+        strict=True,
+        allow_inf_nan=False,
+        description="End of the curves, s; without, of the window of the metrics",
+    )
+
+
+class WhatIfRequest(Stretch):
     """A scenario, changes to it, and the curves that are wanted."""
 
     model_config = examples(
@@ -82,23 +104,6 @@ class WhatIfRequest(ChangedScenario):
     )
     points: Whole = Field(
         default=1500, ge=10, le=500_000, strict=True, description="Bins of a curve at most"
-    )
-    start: float | None = Field(
-        default=None,
-        ge=0.0,
-        le=_LATEST,
-        strict=True,
-        allow_inf_nan=False,
-        description="Begin of the curves, s; without, of the window of the metrics. Where that far "
-        "back nothing was simulated, they begin later",
-    )
-    end: float | None = Field(
-        default=None,
-        ge=0.0,
-        le=_LATEST,
-        strict=True,
-        allow_inf_nan=False,
-        description="End of the curves, s; without, of the window of the metrics",
     )
     exact: bool = Field(
         default=False,
@@ -172,7 +177,7 @@ _LAST = _Last()
 def _answer(call: Call, body: WhatIfRequest, bounds: Settings) -> bytes:
     prepared = prepare_request(body, bounds)
     math = compile_columns(body.columns, _units(prepared), CONTROL_PERIOD)
-    start, stop = _stretch(body, prepared)
+    start, stop = stretch_of(body, prepared)
     curves = len(body.columns) * _bins(stop - start, body.points)[1] * _VALUE_BYTES
     if curves > bounds.answer_max:
         raise ConfigError(
@@ -224,7 +229,7 @@ def _units(prepared: Prepared) -> dict[str, str]:
     return {name: each.unit for name, each in stream_columns(list(prepared.scenario.variants))}
 
 
-def _stretch(body: WhatIfRequest, prepared: Prepared) -> tuple[int, int]:
+def stretch_of(body: Stretch, prepared: Prepared) -> tuple[int, int]:
     """Return the ticks [start, stop) that curves are wanted of, within the scenario."""
     start, stop = prepared.window
     ticks = prepared.reference.ticks
@@ -256,7 +261,7 @@ def _encoded(
 ) -> bytes:
     units = _units(prepared) | {text: each.program.unit for text, each in math.items()}
     begin = run.begin
-    start, stop = _stretch(body, prepared)
+    start, stop = stretch_of(body, prepared)
     start = max(start, begin)
     if stop <= start:  # It lies before what was simulated.
         start, stop = prepared.window

@@ -293,6 +293,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/whatif/lanes": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * What If Lanes
+         * @description Check a changed scenario and return the numbers with which a kernel elsewhere runs it.
+         */
+        post: operations["whatIfLanes"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/expressions/check": {
         parameters: {
             query?: never;
@@ -14294,6 +14314,107 @@ export interface components {
             for_ever: boolean;
         };
         /**
+         * WhatIfLanesRequest
+         * @description A scenario, changes to it, and what is known of it.
+         * @example {
+         *       "inputs": "",
+         *       "scenario": "circle",
+         *       "set": {
+         *         "variants.B.controller.x.k_p": 312000
+         *       }
+         *     }
+         */
+        WhatIfLanesRequest: {
+            /**
+             * Scenario
+             * @description Name of a shipped scenario, or its tables as in a TOML file; see /schema
+             * @default circle
+             */
+            scenario: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                /** @enum {string} */
+                base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                /**
+                 * Name
+                 * @description Short name
+                 * @default custom
+                 */
+                name: string;
+                /**
+                 * Title
+                 * @description One line for people
+                 * @default
+                 */
+                title: string;
+                /**
+                 * Description
+                 * @description What it shows and whose choice its numbers are
+                 * @default
+                 */
+                description: string;
+                /**
+                 * Seed
+                 * @description Seed of every noise source
+                 * @default 2019
+                 */
+                seed: number;
+                /**
+                 * Settling Band
+                 * @description Following error below which a move counts as settled
+                 * @default 0.000002
+                 */
+                settling_band: number;
+                /**
+                 * Divergence Error
+                 * @description Following error beyond which a variant has diverged
+                 * @default 0.02
+                 */
+                divergence_error: number;
+                /**
+                 * thrust reserve
+                 * @description Share of the force sharing's linear range that a motion leaves to feedback to be feasible
+                 * @default 0.12
+                 */
+                thrust_reserve: number;
+                plant?: string | Record<string, never>;
+                trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                variants?: {
+                    [key: string]: Record<string, never>;
+                };
+                load?: Record<string, never>;
+                schedule?: Record<string, never>[];
+                window?: Record<string, never> | null;
+            } | unknown | unknown);
+            /**
+             * Set
+             * @description Dotted path to value, SI; all applied together before validation
+             */
+            set?: {
+                [key: string]: unknown;
+            };
+            /**
+             * Start
+             * @description Begin of the curves, s; without, of the window of the metrics. Where that far back nothing was simulated, they begin later
+             */
+            start?: number | null;
+            /**
+             * End
+             * @description End of the curves, s; without, of the window of the metrics
+             */
+            end?: number | null;
+            /**
+             * Inputs
+             * @description Key of the inputs that are known
+             * @default
+             */
+            inputs: string;
+            /**
+             * Tables
+             * @description Key of the tables that are known
+             * @default
+             */
+            tables: string;
+        };
+        /**
          * WhatIfRequest
          * @description A scenario, changes to it, and the curves that are wanted.
          * @example {
@@ -14375,6 +14496,16 @@ export interface components {
                 [key: string]: unknown;
             };
             /**
+             * Start
+             * @description Begin of the curves, s; without, of the window of the metrics. Where that far back nothing was simulated, they begin later
+             */
+            start?: number | null;
+            /**
+             * End
+             * @description End of the curves, s; without, of the window of the metrics
+             */
+            end?: number | null;
+            /**
              * Columns
              * @description Names as in the stream's hello, or name=expression
              */
@@ -14385,16 +14516,6 @@ export interface components {
              * @default 1500
              */
             points: number;
-            /**
-             * Start
-             * @description Begin of the curves, s; without, of the window of the metrics. Where that far back nothing was simulated, they begin later
-             */
-            start?: number | null;
-            /**
-             * End
-             * @description End of the curves, s; without, of the window of the metrics
-             */
-            end?: number | null;
             /**
              * Exact
              * @description Run from the start, however long that takes; otherwise a long scenario whose changes a running session would take begins at a stored state shortly before its window
@@ -15974,6 +16095,104 @@ export interface operations {
         };
         responses: {
             /** @description Result document and curves; docs/rest.md */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/octet-stream": string;
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    whatIfLanes: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["WhatIfLanesRequest"];
+            };
+        };
+        responses: {
+            /** @description Parameters, state and inputs of the kernel; docs/rest.md */
             200: {
                 headers: {
                     [name: string]: unknown;
