@@ -19,12 +19,12 @@ mpl.use("agg")
 from matplotlib import pyplot as plt
 
 from motionlab.config.load import load_scenario
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.force_sharing.pole_pitch import forces_over, share_over
 from motionlab.kernel.force_maps import force_model
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.run import run
 from motionlab.telemetry.recording import Recording
+from motionlab.timing import CONTROL_PERIOD
 
 A, B, REFERENCE, FULL = "#D55E00", "#0072B2", "#777777", "#CC79A7"
 PHASES = {"a": "#009E73", "b": "#E69F00", "c": "#56B4E9"}

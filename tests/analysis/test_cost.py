@@ -7,8 +7,8 @@ import pytest
 
 from motionlab.analysis import cost as numbers
 from motionlab.analysis.views.cost import cost
-from motionlab.config.timing import CONTROL_PERIOD as T
 from motionlab.simulation.recorded import of_recording
+from motionlab.timing import CONTROL_PERIOD as T
 from tests.simulated import IDEAL, SHORT, Played, play
 
 

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from motionlab.analysis.glitches import AVERAGED, glitches, reversals
 from motionlab.config.load import load_scenario
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.run import run
+from motionlab.timing import CONTROL_PERIOD
 
 Array = NDArray[np.float64]
 

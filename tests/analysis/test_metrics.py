@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from motionlab.analysis.metrics import CONTOUR_DEFINITIONS, DEFINITIONS, variant_metrics
 from motionlab.analysis.variant_comparison import RATIOS, compare
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.telemetry.recording import Divergence
+from motionlab.timing import CONTROL_PERIOD
 from tests.paths import DOCS
 from tests.recordings import make_recording, make_reference
 

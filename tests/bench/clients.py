@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 import httpx
 import numpy as np
 
-from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.timing import CONTROL_PERIOD
 
 COLUMNS = 24
 _TEXT, _BINARY, _PING, _PONG = 1, 2, 9, 10

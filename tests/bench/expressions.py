@@ -9,10 +9,10 @@ from pathlib import Path
 
 from pyarrow import parquet
 
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.library.telemetry import check_columns, read_columns
 from motionlab.telemetry import recorder
 from motionlab.telemetry.decimate import extremes
+from motionlab.timing import CONTROL_PERIOD
 from tests.bench.table import Row
 from tests.recordings import noise
 

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from motionlab.analysis.spectrum import peaks, spectrum
-from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.timing import CONTROL_PERIOD
 from tests.bench.table import Row
 
 _SECONDS = 240.0

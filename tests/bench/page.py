@@ -15,8 +15,8 @@ from urllib.parse import urlencode
 import numpy as np
 from playwright.sync_api import Browser, Page, sync_playwright
 
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.telemetry.channels import stream_columns
+from motionlab.timing import CONTROL_PERIOD
 from tests.bench.serving import API, Serving
 from tests.bench.table import Row
 from tests.e2e.conftest import CHROMIUM, FLAGS, ROOT

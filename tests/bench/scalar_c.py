@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.kernel.layout import INPUT_ROWS, PARAMETER_ROWS, STATE_ROWS
 from motionlab.kernel.tick import SUBSTEPS
+from motionlab.timing import CONTROL_PERIOD
 
 Array = NDArray[np.float64]
 

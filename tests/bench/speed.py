@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from motionlab.config.load import load_scenario
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.kernel.build import initial_state, lane_parameters
 from motionlab.kernel.layout import SAMPLE_ROWS, state_row
 from motionlab.kernel.tick import run_ticks
@@ -19,6 +18,7 @@ from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.run import run
 from motionlab.simulation.timeline import Timeline
 from motionlab.telemetry.channels import Sample
+from motionlab.timing import CONTROL_PERIOD
 from tests.bench.machine import vector_unit
 from tests.bench.scalar_c import Array, ScalarC
 from tests.bench.table import Row

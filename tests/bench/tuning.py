@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 
 from motionlab.config.load import load_scenario
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.simulation.prepare import prepare
 from motionlab.studies.tune.documents import LandscapeRequest, TuneRequest, read_request
 from motionlab.studies.tune.landscape import landscape
 from motionlab.studies.tune.problem import plan
 from motionlab.studies.tune.search import tune
+from motionlab.timing import CONTROL_PERIOD
 from tests.bench.scalar_c import ScalarC
 from tests.bench.speed import arrays
 from tests.bench.table import Row

@@ -15,7 +15,8 @@ import pytest
 from motionlab.config.changes import parse_assignments
 from motionlab.config.load import load_scenario
 from motionlab.errors import ConfigError, Infeasible
-from motionlab.lanes import compile_cache
+from motionlab.lanes import model_hash
+from motionlab.lanes.compiler import cache
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document
 from motionlab.simulation.run import run
@@ -228,9 +229,9 @@ def test_a_new_file_heeds_the_umask(tmp_path: Path) -> None:
 
 
 def test_compiled_code_is_never_taken_from_a_folder_that_others_can_write(tmp_path: Path) -> None:
-    folder = tmp_path / f"kernel-{compile_cache.model_hash()}"
+    folder = tmp_path / f"kernel-{model_hash()}"
     folder.mkdir()
     folder.chmod(0o777)
-    assert compile_cache._writable(tmp_path) is None
+    assert cache._writable(tmp_path) is None
     folder.chmod(0o755)
-    assert compile_cache._writable(tmp_path) == folder
+    assert cache._writable(tmp_path) == folder

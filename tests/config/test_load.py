@@ -13,8 +13,8 @@ from motionlab.config.changes import parse_assignments
 from motionlab.config.force_map import ForceMapConfig
 from motionlab.config.load import epochs, load_scenario
 from motionlab.config.named_configs import config_root, names, read
-from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.errors import ConfigError, FieldError
+from motionlab.timing import CONTROL_PERIOD, to_ticks
 
 SCENARIOS = [
     "circle",

@@ -9,13 +9,13 @@ import pytest
 
 from motionlab.config.load import load_scenario
 from motionlab.config.planar import AXES
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.kernel.build import initial_state, lane_parameters
 from motionlab.kernel.layout import SAMPLE_ROWS
 from motionlab.kernel.tick import run_ticks
 from motionlab.simulation.inputs import PAGE, page_inputs
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.timeline import Timeline
+from motionlab.timing import CONTROL_PERIOD
 from tests.simulated import SHORT, Played, play, same_bits
 
 LUGRE = {"compensation.law": "lugre-observer"}

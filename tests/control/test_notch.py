@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from motionlab.config.load import load_scenario
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.control.notch import PASS, sampled_notch
 from motionlab.loop.linearise import linearise
 from motionlab.studies.loop.frequency_sweep import frequency_sweep
+from motionlab.timing import CONTROL_PERIOD
 from tests.simulated import SHORT, play, same_bits
 
 FREQUENCY = 160.0

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import FileChooser, FilePayload, Page, expect
 
-from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.timing import CONTROL_PERIOD
 from tests.e2e.actions import (
     API,
     LONG,

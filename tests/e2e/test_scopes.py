@@ -11,9 +11,9 @@ import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 
 from motionlab.config.load import load_scenario
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.run import run
+from motionlab.timing import CONTROL_PERIOD
 from tests.e2e.actions import LONG, button, region, serious, state, wait_for_clock
 from tests.e2e.conftest import Server
 

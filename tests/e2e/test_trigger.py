@@ -12,9 +12,9 @@ from playwright.sync_api import Locator, Page, expect
 
 from motionlab.analysis.glitches import reversals
 from motionlab.config.load import load_scenario
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.run import run
+from motionlab.timing import CONTROL_PERIOD
 from tests.e2e.actions import API, LONG, button, region
 from tests.e2e.conftest import Server
 

@@ -12,7 +12,6 @@ import pytest
 from motionlab.config.load import load_scenario
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.export.plant import export_plant
 from motionlab.kernel.build import initial_state, lane_parameters
 from motionlab.kernel.layout import Inputs, state_row
@@ -22,6 +21,7 @@ from motionlab.lanes.bank import TABLES
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.simulation import Simulation, sample_page
 from motionlab.telemetry.channels import Sample
+from motionlab.timing import CONTROL_PERIOD
 from tests.export.compilers import compiler
 from tests.export.unit import Unit
 

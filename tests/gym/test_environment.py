@@ -13,7 +13,6 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 import motionlab.gym
 from motionlab.config.load import load_scenario
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError
 from motionlab.gym.environment import PlanarMotorEnv, PlanarMotorVectorEnv
 from motionlab.gym.motors import SCALES
@@ -24,6 +23,7 @@ from motionlab.simulation.run import run
 from motionlab.simulation.simulation import Simulation, sample_page
 from motionlab.studies.montecarlo.documents import Variation
 from motionlab.studies.montecarlo.draw import draw
+from motionlab.timing import CONTROL_PERIOD
 
 IMPERFECT = {
     "plant.x.encoder.noise": 3e-8,

@@ -10,12 +10,12 @@ import pytest
 
 from motionlab.analysis.glitches import glitches
 from motionlab.cli.main import main
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import DONE, FAILED
 from motionlab.library.library import library
 from motionlab.library.recorded import run_glitches
 from motionlab.library.run import RunDetail
 from motionlab.simulation.result import document
+from motionlab.timing import CONTROL_PERIOD
 from tests.simulated import Played, play
 
 TWO_LAPS = {"trajectory.laps": 2}

@@ -10,7 +10,6 @@ from pyarrow import parquet
 
 from motionlab.analysis.comparison_options import Comparing
 from motionlab.analysis.run_comparison import compare
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.exchange.exports import Source, check_selection, export, within
 from motionlab.exchange.selection import Selection
 from motionlab.library import recorded
@@ -22,6 +21,7 @@ from motionlab.reports.plots import marks
 from motionlab.reports.run_reports import run_report
 from motionlab.server.routes.run_files import _file_name
 from motionlab.telemetry.recorder import parquet_writer
+from motionlab.timing import CONTROL_PERIOD
 from tests.library.test_replay import keep, replayed
 
 GONE = 800

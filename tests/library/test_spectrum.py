@@ -12,12 +12,12 @@ import pytest
 
 from motionlab.analysis.spectrum import spectrum
 from motionlab.cli.main import main
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import BAD_INPUT, DONE, FAILED
 from motionlab.library.library import library
 from motionlab.library.run import RunDetail
 from motionlab.simulation.result import document as result_of
 from motionlab.studies.spectrum import SpectrumOptions, document, run_spectra
+from motionlab.timing import CONTROL_PERIOD
 from tests.simulated import Played, play
 
 ERROR = "B.x.following_error"

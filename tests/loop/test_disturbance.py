@@ -10,7 +10,6 @@ import pytest
 from numpy.typing import NDArray
 
 from motionlab.config.load import load_scenario
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.loop.disturbance import disturbance_response
 from motionlab.loop.linearise import linearise
 from motionlab.simulation.prepare import prepare
@@ -23,6 +22,7 @@ from motionlab.studies.spectrum import (
     document,
     take,
 )
+from motionlab.timing import CONTROL_PERIOD
 
 Array = NDArray[np.float64]
 

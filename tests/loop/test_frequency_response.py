@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from motionlab.config.load import load_scenario
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, Infeasible
 from motionlab.kernel.build import lane
 from motionlab.kernel.force_maps import force_gain
@@ -17,6 +16,7 @@ from motionlab.loop.linearise import linearise
 from motionlab.loop.margins import Margins, margins
 from motionlab.loop.steady_state_error import crossover, parabola_error, sine_error
 from motionlab.studies.loop.frequency_sweep import frequency_sweep
+from motionlab.timing import CONTROL_PERIOD
 from tests.simulated import IDEAL, play
 
 MASS = {"x": 5.9, "y": 13.9}

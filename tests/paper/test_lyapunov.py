@@ -7,12 +7,12 @@ import pytest
 
 from motionlab.config.load import load_scenario
 from motionlab.config.plant import FrictionConfig
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.paper.control import NOISELESS, Lyapunov, lyapunov
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.run import run
 from motionlab.telemetry.channels import CHANNELS
 from motionlab.telemetry.recording import VariantRecord
+from motionlab.timing import CONTROL_PERIOD
 
 WINDOW = (9000, 15000)
 FRICTION = FrictionConfig(

@@ -10,8 +10,8 @@ import pytest
 
 from motionlab.config.load import load_scenario
 from motionlab.config.planar import AXES
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.telemetry.channels import CHANNELS
+from motionlab.timing import CONTROL_PERIOD
 from tests.simulated import FRICTIONLESS, SHORT, Played, play, same_bits
 
 PHASES = ("a", "b", "c")

@@ -22,9 +22,9 @@ import pytest
 
 from motionlab.cli import main
 from motionlab.config.load import load_scenario
-from motionlab.config.timing import to_ticks
 from motionlab.paper.registry import quantities
 from motionlab.simulation.inputs import load_force
+from motionlab.timing import to_ticks
 from tests.paths import ROOT
 from tests.project.forked_programs import programs
 from tests.project.printed_output import same_text

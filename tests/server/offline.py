@@ -7,10 +7,10 @@ import functools
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.server.live.history import RING_SECONDS
 from motionlab.telemetry import recorder
 from motionlab.telemetry.channels import CHANNELS, REFERENCES
+from motionlab.timing import CONTROL_PERIOD
 from tests.server.live import Live
 from tests.simulated import Played, play
 

@@ -11,7 +11,7 @@ import httpx
 import pytest
 
 from motionlab.config.named_configs import config_root
-from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.timing import CONTROL_PERIOD
 from tests.server.conftest import MakeLive
 from tests.server.live import API, until
 from tests.server.offline import assert_offline

@@ -18,12 +18,12 @@ import pytest
 from motionlab.analysis.metrics import variant_metrics
 from motionlab.analysis.variant_comparison import compare
 from motionlab.config.load import load_scenario
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.server.live.session import METRICS_SECONDS
 from motionlab.server.live.sessions import IDLE_SECONDS, SPARE_SECONDS
 from motionlab.server.routes import captures as captures_route
 from motionlab.server.settings import Settings
 from motionlab.telemetry import recorder
+from motionlab.timing import CONTROL_PERIOD
 from tests.server.conftest import MakeLive, MakeServer
 from tests.server.live import API, Live, Stream, until
 from tests.server.offline import COLUMNS, RING, assert_offline, expected, offline

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from motionlab.config.load import load_scenario
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.server.live.change_log import CHANGES_MAX
 from motionlab.simulation.simulation import BRAKING
+from motionlab.timing import CONTROL_PERIOD
 from tests.server.conftest import MakeLive
 from tests.server.live import Live, Stream, until
 from tests.server.offline import assert_offline, expected, offline

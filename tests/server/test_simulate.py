@@ -12,9 +12,9 @@ import pytest
 
 from motionlab.cli import main
 from motionlab.config.load import load_scenario
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.server.settings import Settings
 from motionlab.telemetry.channels import stream_columns
+from motionlab.timing import CONTROL_PERIOD
 from tests.server.conftest import MakeServer
 from tests.server.live import API
 from tests.simulated import play

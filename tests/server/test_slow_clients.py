@@ -12,11 +12,11 @@ from typing import Any
 import httpx
 import pytest
 
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.server.live.messages import Gap
 from motionlab.server.live.stream import LAG_SECONDS
 from motionlab.server.settings import Settings
 from motionlab.telemetry.frames import Frame
+from motionlab.timing import CONTROL_PERIOD
 from tests.server.conftest import Connect, MakeServer
 from tests.server.live import Live, Reader, Stream, counted, until
 from tests.server.offline import RING, expected, offline, wanted

@@ -14,11 +14,11 @@ import numpy as np
 import pytest
 from websockets.exceptions import ConnectionClosed
 
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.server.live.stream import DETAIL_MAX, FRAME_TICKS_MAX
 from motionlab.server.serve import MESSAGE_MAX
 from motionlab.telemetry.channels import CHANNELS, REFERENCES
 from motionlab.telemetry.frames import HEADER_BYTES
+from motionlab.timing import CONTROL_PERIOD
 from tests.server.conftest import Connect, MakeLive
 from tests.server.live import Live, Stream, counted, until
 from tests.server.offline import RING, expected, offline, wanted

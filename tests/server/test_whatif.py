@@ -12,13 +12,13 @@ import pytest
 from numpy.typing import NDArray
 
 from motionlab.config.load import load_scenario
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.server.routes import whatif
 from motionlab.server.routes.whatif import WhatIfRequest
 from motionlab.server.settings import Settings
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.run import run
 from motionlab.simulation.whatif import run_changed
+from motionlab.timing import CONTROL_PERIOD
 
 ERROR = "B.x.following_error"
 CIRCLE = {"scenario": "circle", "columns": [ERROR]}

@@ -9,7 +9,6 @@ import pytest
 
 from motionlab.config.load import load_scenario
 from motionlab.config.planar import AXES
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.kernel.build import initial_state, lane_parameters
 from motionlab.kernel.layout import SAMPLE_ROWS, Inputs, state_row
 from motionlab.kernel.tick import run_ticks
@@ -18,6 +17,7 @@ from motionlab.simulation.prepare import prepare
 from motionlab.simulation.simulation import Simulation
 from motionlab.simulation.timeline import Timeline
 from motionlab.telemetry.channels import CHANNELS
+from motionlab.timing import CONTROL_PERIOD
 from tests.simulated import SHORT, Played, play, same_bits
 
 NOISY: dict[str, Any] = SHORT | {

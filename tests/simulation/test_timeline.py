@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 
 from motionlab.config.load import load_scenario
 from motionlab.config.named_configs import names
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.timeline import Timeline
+from motionlab.timing import CONTROL_PERIOD
 
 BRIEF = {
     "circle": {"trajectory.laps": 1, "trajectory.lead_in": 0.5},

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from motionlab.config.load import load_scenario
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError
 from motionlab.simulation import whatif
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document
 from motionlab.simulation.run import run
+from motionlab.timing import CONTROL_PERIOD
 
 GAIN = {"variants.B.controller.x.k_p": 312000.0, "plant.x.friction.F_s": 4.0}
 LIMP = {f"variants.B.controller.{axis}.{k}": 0.0 for axis in "xy" for k in ("k_p", "k_d")}

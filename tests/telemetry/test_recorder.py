@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from pyarrow import parquet
 
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, StoreError
 from motionlab.telemetry import recorder
 from motionlab.telemetry.channels import CHANNELS, REFERENCES, Sample
 from motionlab.telemetry.recording import Divergence
+from motionlab.timing import CONTROL_PERIOD
 from tests.paths import DOCS
 from tests.recordings import make_recording, noise
 

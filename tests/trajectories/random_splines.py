@@ -10,7 +10,7 @@ import numpy as np
 
 from motionlab.config.drawn_path import DrawnPath
 from motionlab.config.planned_motor import PlannedMotor
-from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.timing import CONTROL_PERIOD
 from motionlab.trajectories.motion_limits import MotionLimits, demands
 from motionlab.trajectories.reference import Reference
 

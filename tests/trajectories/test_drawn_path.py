@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import TypeAdapter, ValidationError
 
-from motionlab.config.timing import CONTROL_PERIOD as T_s
 from motionlab.config.trajectory import TrajectoryConfig
+from motionlab.timing import CONTROL_PERIOD as T_s
 from motionlab.trajectories.motion_profile import jerk_limited, jerk_limited_ticks
 from motionlab.trajectories.reference import sample
 from motionlab.trajectories.spline import cubics, outline, polyline, spline

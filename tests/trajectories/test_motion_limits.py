@@ -7,9 +7,9 @@ import pytest
 from pydantic import TypeAdapter
 
 from motionlab.config.load import epochs, load_scenario
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.simulation.prepare import limit_sets
+from motionlab.timing import CONTROL_PERIOD
 from motionlab.trajectories.motion_limits import QUANTITIES, UNITS, Span, demands
 from motionlab.trajectories.reference import Reference, sample
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.timing import CONTROL_PERIOD
 from motionlab.trajectories.motion_profile import (
     minimum_jerk,
     minimum_jerk_ticks,

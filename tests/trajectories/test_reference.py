@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import TypeAdapter, ValidationError
 
-from motionlab.config.timing import CONTROL_PERIOD as T_s
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.errors import ConfigError
+from motionlab.timing import CONTROL_PERIOD as T_s
 from motionlab.trajectories.reference import sample
 
 ADAPTER = TypeAdapter(TrajectoryConfig)

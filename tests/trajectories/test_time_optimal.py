@@ -16,10 +16,10 @@ from motionlab.cli.main import main
 from motionlab.config.drawn_path import DrawnPath
 from motionlab.config.load import epochs, load_scenario
 from motionlab.config.planned_motor import PlannedMotor
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.config.trajectory import Sequence
 from motionlab.errors import ConfigError
 from motionlab.simulation.prepare import limit_sets, planned_for, prepare
+from motionlab.timing import CONTROL_PERIOD
 from motionlab.trajectories.motion_limits import MotionLimits, demands
 from motionlab.trajectories.motion_profile import jerk_limited_times
 from motionlab.trajectories.reference import Reference, sample

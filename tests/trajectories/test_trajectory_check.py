@@ -8,10 +8,10 @@ from pydantic import TypeAdapter
 
 from motionlab.config.load import epochs, load_scenario
 from motionlab.config.named_configs import names
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.errors import ConfigError, Infeasible
 from motionlab.simulation.prepare import limit_sets, prepare
+from motionlab.timing import CONTROL_PERIOD
 from motionlab.trajectories.feasibility import check
 from motionlab.trajectories.motion_limits import ALWAYS, QUANTITIES, Span
 from motionlab.trajectories.reference import sample

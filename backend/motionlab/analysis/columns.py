@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.analysis.alignment import Grid
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, FieldError, StoreError
 from motionlab.telemetry.parquet import read_ticks
 from motionlab.telemetry.recorder import Column, read
+from motionlab.timing import CONTROL_PERIOD
 
 if TYPE_CHECKING:
     from pyarrow import parquet

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from motionlab.analysis.metrics import variant_metrics
 from motionlab.analysis.variant_comparison import compare
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.telemetry.recording import Recording
+from motionlab.timing import CONTROL_PERIOD
 from motionlab.trajectories.reference import Reference
 
 

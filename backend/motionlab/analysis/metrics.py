@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from motionlab.analysis.contouring import contour_error, prolonged
 from motionlab.config.planar import AXES
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.kernel.accumulator import (
     MEASURED_ROWS,
     MeasuredChannels,
@@ -21,6 +20,7 @@ from motionlab.kernel.accumulator import (
 )
 from motionlab.lanes import WIDTH
 from motionlab.telemetry.recording import Recording, VariantRecord
+from motionlab.timing import CONTROL_PERIOD
 from motionlab.trajectories.reference import Interval, Reference
 
 Array = NDArray[np.float64]

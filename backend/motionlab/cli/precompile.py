@@ -34,7 +34,7 @@ def add(commands: Any) -> None:
 
 
 def _precompile(_: argparse.Namespace) -> int:
-    from motionlab.lanes.compile_cache import cache_folder
+    from motionlab.lanes.compiler.cache import cache_folder
 
     with share_done("compile") as progress, ThreadPoolExecutor(len(_PARTS)) as threads:
         progress(0.0)

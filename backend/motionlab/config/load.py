@@ -16,11 +16,11 @@ from motionlab.config.includes import resolve
 from motionlab.config.named_configs import is_name, parse, read
 from motionlab.config.quantity import Config
 from motionlab.config.scenario import Scenario
-from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.config.toml_lines import add_places
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.config.validation_errors import field_errors
 from motionlab.errors import ConfigError, FieldError
+from motionlab.timing import CONTROL_PERIOD, to_ticks
 
 Epochs = tuple[tuple[int, Scenario], ...]
 """Parameter sets of a run, and the tick from which on each holds."""

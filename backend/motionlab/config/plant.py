@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from motionlab.config.force_map import AnyForceMapConfig
 from motionlab.config.quantity import OURS, PAPER, Config, Text, quantity
-from motionlab.config.timing import PLANT_STEP
+from motionlab.timing import PLANT_STEP
 
 _Gain = Annotated[float, Field(ge=0.0, le=2.0)]
 _Offset = Annotated[float, Field(ge=-10.0, le=10.0)]

@@ -9,8 +9,8 @@ from pydantic import Field, model_validator
 from motionlab.config.controller import ControllerConfig
 from motionlab.config.plant import OURS, PlantConfig
 from motionlab.config.quantity import Config, Text, quantity
-from motionlab.config.timing import to_ticks
 from motionlab.config.trajectory import TrajectoryConfig
+from motionlab.timing import to_ticks
 
 VariantName = Annotated[str, Field(pattern="^[A-Z]$")]
 

@@ -22,11 +22,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.control.position import MeasuredMotion
 from motionlab.lanes import Lanes, compiled, select
 from motionlab.lanes.functions import clip, decay
 from motionlab.plant.friction import LuGre, bristle_decay
+from motionlab.timing import CONTROL_PERIOD
 
 OFF, OBSERVER, PUBLISHED, RESIDUAL, CANUDAS_DE_WIT, REVERSED = 0.0, 1.0, 2.0, 3.0, 4.0, 5.0
 """Values of Compensation.law."""

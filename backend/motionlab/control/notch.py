@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.lanes import Lanes, compiled
+from motionlab.timing import CONTROL_PERIOD
 
 
 class Notch(NamedTuple):

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.lanes import Lanes, Mask, compiled, select
 from motionlab.lanes.functions import clip
+from motionlab.timing import CONTROL_PERIOD
 
 
 class PositionController(NamedTuple):

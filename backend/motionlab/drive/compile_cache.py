@@ -15,7 +15,7 @@ from typing import Any
 import numba
 from numba.core import config
 
-from motionlab.lanes.compile_cache import cache_folder
+from motionlab.lanes.compiler.cache import cache_folder
 
 _PACKAGE = Path(__file__).resolve().parent
 

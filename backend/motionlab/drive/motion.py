@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import EventConfig, Scenario
-from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.drive.faults import DIVERGED, NOT_A_NUMBER
 from motionlab.drive.link.carrier import LinkError
 from motionlab.drive.link.link import DriveLink
@@ -24,6 +23,7 @@ from motionlab.kernel.force_maps import check_maps
 from motionlab.simulation.prepare import Prepared
 from motionlab.simulation.simulation import ReadyEpoch, ready
 from motionlab.simulation.timeline import Timeline
+from motionlab.timing import CONTROL_PERIOD, to_ticks
 
 Array = NDArray[np.float64]
 

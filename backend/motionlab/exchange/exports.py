@@ -17,7 +17,6 @@ import tomli_w
 from numpy.typing import NDArray
 from pyarrow import csv, parquet
 
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, FieldError, StoreError, needs
 from motionlab.exchange.formulas import inert, original
 from motionlab.exchange.mcap_files import Extras, identifiers, write_mcap
@@ -27,6 +26,7 @@ from motionlab.library.run import RunDetail
 from motionlab.library.telemetry import check_columns, read_columns
 from motionlab.telemetry.expressions.columns import is_math
 from motionlab.telemetry.recorder import ROWS, parquet_writer, read
+from motionlab.timing import CONTROL_PERIOD
 
 MAT_MAX = 2**31 - 2**20
 """Most bytes of a variable in a MAT file of format 5, and some room for what describes it."""

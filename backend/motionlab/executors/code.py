@@ -13,7 +13,7 @@ from numba.core.registry import cpu_target
 from motionlab import __version__
 from motionlab.config.named_configs import config_root
 from motionlab.errors import MotionLabError
-from motionlab.lanes.compile_cache import model_hash
+from motionlab.lanes import model_hash
 
 
 class OtherCode(MotionLabError):

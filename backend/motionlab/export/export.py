@@ -11,13 +11,13 @@ import tomli_w
 
 from motionlab import __version__
 from motionlab.config.scenario import Scenario
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, FieldError
 from motionlab.export.parameters import parameter_code
 from motionlab.export.vectors import simulated_vectors, vector_file
 from motionlab.files import failure, replace
 from motionlab.lanes import model_hash
 from motionlab.simulation.prepare import prepare
+from motionlab.timing import CONTROL_PERIOD
 
 SOURCE = Path(__file__).with_name("source")
 """The files that are the same in every export, and templates (.in) of the others."""

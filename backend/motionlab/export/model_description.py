@@ -15,10 +15,10 @@ from motionlab import __version__
 from motionlab.config.force_map import TableMapConfig
 from motionlab.config.planar import AXES
 from motionlab.config.plant import AxisConfig, PlantConfig
-from motionlab.config.timing import CONTROL_PERIOD, PLANT_STEP
 from motionlab.config.validation_errors import bounds_of, strip, unit_of_field
 from motionlab.motor_design.kept_maps import named_map
 from motionlab.telemetry.channels import CHANNELS
+from motionlab.timing import CONTROL_PERIOD, PLANT_STEP
 
 MODEL_IDENTIFIER = "psrm_plant"
 

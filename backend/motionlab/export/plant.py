@@ -22,7 +22,6 @@ import tomli_w
 from motionlab import __version__
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, FieldError
 from motionlab.export.export import SOURCE
 from motionlab.export.model_description import (
@@ -37,6 +36,7 @@ from motionlab.kernel.force_maps import map_lanes
 from motionlab.lanes import model_hash
 from motionlab.lanes.bank import TABLES
 from motionlab.simulation.prepare import prepare
+from motionlab.timing import CONTROL_PERIOD
 
 PLANT_SOURCE = Path(__file__).with_name("plant_source")
 """The files that are the same in every FMU, and templates (.in) of the others."""

@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
-from motionlab.config.timing import to_ticks
 from motionlab.kernel.build import LANES_PER_VARIANT, VARIANTS_PER_BLOCK
 from motionlab.kernel.layout import state_row
 from motionlab.simulation.prepare import Prepared
 from motionlab.simulation.simulation import Simulation, sample_page
 from motionlab.telemetry.channels import Sample
+from motionlab.timing import to_ticks
 
 Array = NDArray[np.float64]
 

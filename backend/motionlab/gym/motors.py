@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from motionlab.config.load import load_scenario
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
-from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.errors import ConfigError, FieldError
 from motionlab.gym.step import MOTORS, OBSERVED, RING, TURNED, Observed, Weights, advance
 from motionlab.kernel.build import initial_state, mover_parameters
@@ -24,6 +23,7 @@ from motionlab.simulation.batch import acting, changed, naming
 from motionlab.simulation.inputs import PAGE, page_inputs
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.timeline import Timeline
+from motionlab.timing import CONTROL_PERIOD, to_ticks
 
 Array = NDArray[np.float64]
 Changes = Mapping[str, Any]

@@ -12,7 +12,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.lanes import (
     Lanes,
     axes_at,
@@ -25,6 +24,7 @@ from motionlab.lanes import (
     select,
     unpack,
 )
+from motionlab.timing import CONTROL_PERIOD
 
 Array = NDArray[np.float64]
 

@@ -25,7 +25,6 @@ from motionlab.config.plant import (
     ResonanceConfig,
 )
 from motionlab.config.scenario import Scenario
-from motionlab.config.timing import CONTROL_PERIOD, PLANT_STEP
 from motionlab.control.compensation import (
     CANUDAS_DE_WIT,
     OBSERVER,
@@ -55,6 +54,7 @@ from motionlab.plant.encoder import Encoder
 from motionlab.plant.friction import LuGre, steady_friction
 from motionlab.plant.mechanics import Mechanics
 from motionlab.plant.resonance import Resonance, sampled
+from motionlab.timing import CONTROL_PERIOD, PLANT_STEP
 from motionlab.trajectories.motion_limits import MotionLimits
 
 LANES_PER_VARIANT = len(AXES)

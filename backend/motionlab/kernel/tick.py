@@ -11,7 +11,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.config.timing import PLANT_STEP, SUBSTEPS
 from motionlab.control.compensation import (
     Balance,
     Observer,
@@ -56,6 +55,7 @@ from motionlab.plant.mechanics import Mover, advance, end_stop_force
 from motionlab.plant.resonance import ring
 from motionlab.plant.table_map import normal_force_of, thrust_of
 from motionlab.telemetry.channels import Sample
+from motionlab.timing import PLANT_STEP, SUBSTEPS
 
 H = PLANT_STEP
 

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from motionlab.config.load import load_scenario
 from motionlab.config.scenario import Scenario
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import StoreError
 from motionlab.library.description import thumbnail
 from motionlab.library.library import Library
@@ -22,6 +21,7 @@ from motionlab.simulation.result import metadata
 from motionlab.telemetry import recorder
 from motionlab.telemetry.parquet import read_ticks
 from motionlab.telemetry.recording import as_recording
+from motionlab.timing import CONTROL_PERIOD
 
 TAG = "capture"
 """The tag of captures."""

@@ -16,7 +16,6 @@ from typing import Any
 from motionlab.analysis.latest_metrics import latest_metrics
 from motionlab.config.load import load_scenario
 from motionlab.config.named_configs import data_root
-from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.errors import (
     Busy,
     ConfigError,
@@ -39,6 +38,7 @@ from motionlab.simulation.result import metadata
 from motionlab.telemetry import recorder
 from motionlab.telemetry.parquet import column_descriptions
 from motionlab.telemetry.recording import Recording
+from motionlab.timing import CONTROL_PERIOD, to_ticks
 
 UNDO_SECONDS = 600.0
 """Time for which a deleted run can be restored."""

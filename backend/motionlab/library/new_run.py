@@ -7,12 +7,12 @@ from typing import Any
 
 from motionlab import __version__
 from motionlab.config.scenario import Scenario
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.executors.code import processor
 from motionlab.kernel.force_maps import maps_of
 from motionlab.lanes import model_hash
 from motionlab.library.description import differences, labels
 from motionlab.library.run import NAME_MAX, Kind, RunDetail, new_id
+from motionlab.timing import CONTROL_PERIOD
 
 
 def new_run(kind: Kind, scenario: Scenario, result: dict[str, Any], *, name: str = "") -> RunDetail:

@@ -23,12 +23,12 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import StoreError
 from motionlab.files import replace
 from motionlab.library.run import Event, RunDetail, is_id
 from motionlab.telemetry.channels import Channel
 from motionlab.telemetry.recorder import ROWS, parquet_writer, telemetry_schema
+from motionlab.timing import CONTROL_PERIOD
 
 _IDLE_SECONDS = 600.0  # after which what is still there is a leftover
 _RUN, _SAMPLES, _EVENTS, _ENDED = "run.json", "samples.arrows", "events.jsonl", "ended"

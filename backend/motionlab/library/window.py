@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.library.files import RunFiles
 from motionlab.library.telemetry import check_columns, read_columns
 from motionlab.telemetry.decimate import extremes
 from motionlab.telemetry.expressions.columns import MathChannel
 from motionlab.telemetry.parquet import read_ticks
+from motionlab.timing import CONTROL_PERIOD
 
 if TYPE_CHECKING:
     from pyarrow import parquet

@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.scenario import Scenario
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.kernel.force_maps import map_digests
 from motionlab.lanes.bank import TABLES
 from motionlab.loop.linearise import (
@@ -30,6 +29,7 @@ from motionlab.loop.linearise import (
     plant_about,
 )
 from motionlab.loop.margins import GRID, sampled
+from motionlab.timing import CONTROL_PERIOD
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

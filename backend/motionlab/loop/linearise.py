@@ -23,7 +23,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.scenario import Scenario
-from motionlab.config.timing import CONTROL_PERIOD, PLANT_STEP
 from motionlab.control.compensation import PUBLISHED, REVERSED
 from motionlab.errors import ConfigError, FieldError
 from motionlab.force_sharing.functions import LEAST_NORM
@@ -44,6 +43,7 @@ from motionlab.lanes import WIDTH
 from motionlab.lanes.bank import TABLES
 from motionlab.plant.friction import LuGre, stribeck_fade, stribeck_level
 from motionlab.plant.resonance import natural
+from motionlab.timing import CONTROL_PERIOD, PLANT_STEP
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.timing import CONTROL_PERIOD
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 
 from motionlab.config.load import load_scenario
 from motionlab.config.plant import FrictionConfig
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.loop.linearise import linearise
 from motionlab.loop.margins import margins
 from motionlab.loop.steady_state_error import crossover, parabola_error, sine_error
@@ -38,6 +37,7 @@ from motionlab.paper.printed_number import (
 )
 from motionlab.plant.friction import stribeck_level
 from motionlab.telemetry.recording import VariantRecord
+from motionlab.timing import CONTROL_PERIOD
 
 Array = NDArray[np.float64]
 

@@ -7,7 +7,6 @@ import math
 import numpy as np
 
 from motionlab.config.load import load_scenario
-from motionlab.config.timing import SUBSTEPS
 from motionlab.force_sharing.pole_pitch import share_over
 from motionlab.kernel.force_maps import force_model
 from motionlab.loop.steady_state_error import sine_error
@@ -19,6 +18,7 @@ from motionlab.paper.motions import MATCHED, PRINTED
 from motionlab.paper.printed_number import gains, step
 from motionlab.plant.friction import LuGre
 from motionlab.studies.identify.presliding import SETTLE, model_response
+from motionlab.timing import SUBSTEPS
 
 
 def published_k(experiments: Experiments) -> Erratum:

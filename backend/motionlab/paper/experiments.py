@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from motionlab.config.load import load_scenario
 from motionlab.config.named_configs import data_root
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.motor_design.computed_maps import computed_or_kept
 from motionlab.motor_design.design import design
 from motionlab.motor_design.document import DesignDocument
@@ -30,6 +29,7 @@ from motionlab.studies.montecarlo.cases import run_cases
 from motionlab.studies.montecarlo.documents import MonteCarloDocument, MonteCarloRequest
 from motionlab.telemetry.decimate import min_max
 from motionlab.telemetry.recording import Recording
+from motionlab.timing import CONTROL_PERIOD
 
 Progress = Callable[[float], None]
 """Takes the share of one experiment that is done; what it raises ends the work."""

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.errors import MotionLabError
 from motionlab.paper.control import STABILITY, published
 from motionlab.paper.documents import FigureAxis, FigureBound, FigureSeries, PaperFigure, Role
@@ -17,6 +16,7 @@ from motionlab.paper.experiments import Build, Experiments, Run, figure_series, 
 from motionlab.paper.forces import FORCE_FIGURES, FORCES, FRICTION, FRICTION_FIGURES
 from motionlab.paper.motions import CIRCLE, MATCHED, MOTIONS, PRINTED, TABLE
 from motionlab.paper.printed_number import PrintedNumber
+from motionlab.timing import CONTROL_PERIOD, to_ticks
 
 TIME = FigureAxis(label="time", unit="s")
 LABELS = {"A": "off", "B": "LuGre"}

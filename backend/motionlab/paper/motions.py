@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from motionlab.config.load import load_scenario
 from motionlab.config.moves import Staircase, Trapezoid
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.paper.documents import Number
 from motionlab.paper.experiments import Experiments, Run
 from motionlab.paper.printed_number import (
@@ -27,6 +26,7 @@ from motionlab.paper.printed_number import (
     look_up,
     percent,
 )
+from motionlab.timing import CONTROL_PERIOD
 
 TABLE, MOTIONS = "table1", "motions"
 """Identifiers of the groups."""

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.named_configs import did_you_mean
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, FieldError, naming_extras
 from motionlab.files import check_target, complete_file
 from motionlab.reports import svg_chart as chart
@@ -21,6 +20,7 @@ from motionlab.telemetry.channels import Channel
 from motionlab.telemetry.decimate import min_max
 from motionlab.telemetry.expressions.columns import compile_column, is_math, values_of
 from motionlab.telemetry.expressions.parse import ExpressionError
+from motionlab.timing import CONTROL_PERIOD
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from motionlab.config.load import load_scenario
 from motionlab.config.scenario import Scenario
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, FieldError, naming_extras
 from motionlab.executors.progress import first_use
 from motionlab.loop.linearise import SLIDING, StateSpace, stability_limits
 from motionlab.loop.linearise import linearise as linearised
 from motionlab.loop.margins import Margins, margins
 from motionlab.scripting.lab import Changes, Source, changes_of, check_number, readable
+from motionlab.timing import CONTROL_PERIOD
 
 if TYPE_CHECKING:
     import control

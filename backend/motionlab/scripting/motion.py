@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from motionlab.config.includes import resolve
 from motionlab.config.load import epochs, load_scenario, validate_trajectory
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.errors import ConfigError, FieldError, naming_extras
 from motionlab.exchange.paths.reading import (
@@ -25,6 +24,7 @@ from motionlab.library.trajectories import trajectory_table
 from motionlab.scripting.channels import Samples
 from motionlab.scripting.lab import Changes, Source, changes_of, readable, tables
 from motionlab.simulation.prepare import limit_sets, planned
+from motionlab.timing import CONTROL_PERIOD
 from motionlab.trajectories.reference import sample
 from motionlab.trajectories.retiming import slow_down
 from motionlab.trajectories.trajectory_check import Examination, examine

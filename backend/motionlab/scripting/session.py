@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.config.timing import to_ticks
 from motionlab.errors import ConfigError, FieldError, naming_extras
 from motionlab.scripting.channels import Channels, Kept, Record
 from motionlab.scripting.http_client import LabServer, ServerRefused
@@ -19,6 +18,7 @@ from motionlab.scripting.lab import check_number, plain
 from motionlab.telemetry.channels import Channel
 from motionlab.telemetry.frames import decode
 from motionlab.telemetry.parquet import column_descriptions
+from motionlab.timing import to_ticks
 
 if TYPE_CHECKING:
     from pyarrow import parquet

@@ -16,7 +16,6 @@ from motionlab.config.changes import apply_changes, reapplied
 from motionlab.config.load import Epochs, validate
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, FieldError, Infeasible, shown
 from motionlab.executors.executor import current
 from motionlab.kernel.build import mover_parameters
@@ -24,6 +23,7 @@ from motionlab.motor_design.fem.force_map import ForceMap
 from motionlab.motor_design.kept_maps import kept_in, lent
 from motionlab.simulation.batch_runner import BatchRunner, Progress
 from motionlab.simulation.prepare import Prepared, prepare
+from motionlab.timing import CONTROL_PERIOD
 
 Array = NDArray[np.float64]
 

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from motionlab.config.load import Epochs
 from motionlab.config.plant import AmplifierConfig
 from motionlab.config.scenario import LoadConfig, Scenario
-from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.kernel.layout import INPUT_ROWS, Inputs
 from motionlab.simulation.timeline import Timeline
+from motionlab.timing import CONTROL_PERIOD, to_ticks
 
 PAGE = 1024
 """Ticks in one page."""

@@ -12,10 +12,10 @@ from typing import Any
 from motionlab.analysis.metrics import variant_metrics
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.run import run
+from motionlab.timing import CONTROL_PERIOD
 from motionlab.trajectories.trajectory_check import Examination
 
 LONGEST = 120.0

@@ -18,12 +18,11 @@ from numba import float64
 from motionlab.config.drawn_path import DrawnPath
 from motionlab.config.load import epochs, load_scenario
 from motionlab.config.planar import AXES
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.kernel.build import lane
 from motionlab.kernel.force_maps import force_gain
 from motionlab.kernel.tick import control_once
 from motionlab.lanes import WIDE
-from motionlab.lanes.compile_cache import cache_folder
+from motionlab.lanes.compiler.cache import cache_folder
 from motionlab.loop.linearise import linearise
 from motionlab.motor_design.fem.compute import compute
 from motionlab.motor_design.fem.geometry import Geometry
@@ -32,6 +31,7 @@ from motionlab.simulation.prepare import limit_sets, prepare
 from motionlab.simulation.result import document
 from motionlab.simulation.run import run
 from motionlab.telemetry.expressions import evaluate
+from motionlab.timing import CONTROL_PERIOD
 from motionlab.trajectories.spline import outline
 from motionlab.trajectories.trajectory_check import examine
 

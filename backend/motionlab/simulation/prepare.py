@@ -17,7 +17,6 @@ from motionlab.config.planar import AXES
 from motionlab.config.planned_motor import PlannedMotor
 from motionlab.config.plant import PlantConfig
 from motionlab.config.scenario import LoadConfig, Scenario
-from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.errors import ConfigError, FieldError, Infeasible
 from motionlab.executors.progress import watch_compilation
@@ -26,6 +25,7 @@ from motionlab.kernel.force_maps import check_maps, map_digests
 from motionlab.kernel.planned_motor import planned_motor
 from motionlab.simulation.inputs import load_force
 from motionlab.telemetry.channels import CHANNELS, REFERENCES
+from motionlab.timing import CONTROL_PERIOD, to_ticks
 from motionlab.trajectories.cusps import cusp_note
 from motionlab.trajectories.feasibility import check
 from motionlab.trajectories.motion_limits import MotionLimits, Span

@@ -8,11 +8,11 @@ from motionlab.analysis.contouring import AROUND
 from motionlab.analysis.views.recorded import Array, Recorded, stretch
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
-from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.run import run as run_simulation
 from motionlab.telemetry.channels import REFERENCES
 from motionlab.telemetry.recording import Recording
+from motionlab.timing import CONTROL_PERIOD, to_ticks
 
 
 def of_scenario(

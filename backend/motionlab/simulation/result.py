@@ -14,12 +14,12 @@ from motionlab.config.named_configs import names, own_motors
 from motionlab.config.planar import AXES
 from motionlab.config.plant import PlantConfig
 from motionlab.config.scenario import Scenario, VariantConfig
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.kernel.force_maps import maps_of
 from motionlab.lanes import model_hash
 from motionlab.simulation.prepare import Prepared
 from motionlab.simulation.warnings import warnings_of
 from motionlab.telemetry.recording import Divergence, Recording
+from motionlab.timing import CONTROL_PERIOD
 from motionlab.trajectories.feasibility import count_rate_warning
 from motionlab.trajectories.reference import Reference
 

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.scenario import Scenario
-from motionlab.config.timing import to_ticks
 from motionlab.kernel.build import (
     LANES_PER_VARIANT,
     VARIANTS_PER_BLOCK,
@@ -24,6 +23,7 @@ from motionlab.lanes import WIDTH
 from motionlab.simulation.inputs import PAGE, load_force, page_inputs
 from motionlab.simulation.prepare import Epochs, Prepared
 from motionlab.simulation.timeline import Timeline
+from motionlab.timing import to_ticks
 
 Array = NDArray[np.float64]
 ReadyEpoch = tuple[int, Scenario, Array]

@@ -12,13 +12,13 @@ from motionlab.config.changes import check_schedulable
 from motionlab.config.includes import resolve
 from motionlab.config.load import epochs, load_scenario, read_source
 from motionlab.config.scenario import Scenario
-from motionlab.config.timing import to_ticks
 from motionlab.errors import ConfigError, FieldError
 from motionlab.kernel.force_maps import map_digests
 from motionlab.simulation.prepare import Prepared, needs_plan, prepare
 from motionlab.simulation.run import run
 from motionlab.simulation.simulation import Simulation, Snapshot, sample_page
 from motionlab.telemetry.recording import Recording
+from motionlab.timing import to_ticks
 
 SOON = to_ticks(30.0)
 """Ticks that are simulated from the start all the same."""

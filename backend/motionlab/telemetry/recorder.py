@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.planar import AXES
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import StoreError
 from motionlab.files import check_target, complete_file
 from motionlab.telemetry.channels import CHANNELS, REFERENCES, Channel
 from motionlab.telemetry.recording import Recording
+from motionlab.timing import CONTROL_PERIOD
 
 if TYPE_CHECKING:
     import pyarrow as pa

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.planar import AXES
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.telemetry.channels import CHANNELS, REFERENCES
+from motionlab.timing import CONTROL_PERIOD
 
 _SHARED = len(AXES) * len(REFERENCES)
 _INDEX = {channel.name: i for i, channel in enumerate(CHANNELS)}

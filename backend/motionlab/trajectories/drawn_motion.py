@@ -11,9 +11,9 @@ from functools import partial
 import numpy as np
 
 from motionlab.config.drawn_path import DrawnPath
-from motionlab.config.timing import to_ticks
 from motionlab.errors import ConfigError, FieldError
 from motionlab.lanes import cached
+from motionlab.timing import to_ticks
 from motionlab.trajectories.motion import Piece, hold, refuse_too_long, whole_ticks
 from motionlab.trajectories.motion_profile import (
     Law,

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from motionlab.config.planar import AXES
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import Infeasible
+from motionlab.timing import CONTROL_PERIOD
 from motionlab.trajectories.motion_limits import (
     ALWAYS,
     QUANTITIES,

@@ -10,9 +10,9 @@ from functools import partial
 
 import numpy as np
 
-from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.errors import ConfigError, FieldError
 from motionlab.lanes import cached
+from motionlab.timing import CONTROL_PERIOD, to_ticks
 from motionlab.trajectories.motion_profile import (
     Law,
     minimum_jerk,

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.planar import AXES
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.lanes import cached
+from motionlab.timing import CONTROL_PERIOD
 from motionlab.trajectories.motion_profile import mean_acceleration
 from motionlab.trajectories.path import Array, Vector
 from motionlab.trajectories.reference import Reference

@@ -12,8 +12,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.lanes import cached
+from motionlab.timing import CONTROL_PERIOD
 
 Samples = NDArray[np.float64]
 Law = tuple[Samples, Samples, Samples]

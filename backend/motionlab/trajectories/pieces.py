@@ -29,9 +29,9 @@ from motionlab.config.planar import (
 )
 from motionlab.config.samples import Samples
 from motionlab.config.shapes import Circle, Polygon, Sine, Star
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.config.trajectory import Sequence, TrajectoryConfig
 from motionlab.errors import ConfigError, FieldError
+from motionlab.timing import CONTROL_PERIOD
 from motionlab.trajectories import path
 from motionlab.trajectories.corners import corners
 from motionlab.trajectories.drawn_motion import at_constant_speed, stop_and_go

@@ -7,9 +7,9 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.errors import ConfigError, FieldError, Infeasible
+from motionlab.timing import CONTROL_PERIOD
 from motionlab.trajectories.feasibility import check, refusal
 from motionlab.trajectories.motion_limits import QUANTITIES, demands
 from motionlab.trajectories.reference import Reference, sample

@@ -8,8 +8,8 @@ from functools import partial
 import numpy as np
 
 from motionlab.config.samples import Samples
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.lanes import cached
+from motionlab.timing import CONTROL_PERIOD
 from motionlab.trajectories.motion import Piece
 from motionlab.trajectories.motion_profile import smooth_start
 from motionlab.trajectories.path import Array

@@ -35,7 +35,7 @@ from typing import NamedTuple
 import numpy as np
 
 from motionlab.config.planned_motor import PlannedAxis, PlannedMotor
-from motionlab.config.timing import CONTROL_PERIOD
+from motionlab.timing import CONTROL_PERIOD
 from motionlab.trajectories.motion import refuse_too_long
 from motionlab.trajectories.motion_profile import (
     jerk_limited,

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.lanes import cached
+from motionlab.timing import CONTROL_PERIOD
 from motionlab.trajectories.motion_profile import Law, mean_acceleration
 from motionlab.trajectories.path import Array
 from motionlab.trajectories.spline import locate

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from motionlab.config.drawn_path import DrawnPath
 from motionlab.config.planar import AXES
 from motionlab.config.shapes import Circle, Polygon, Star
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.lanes import cached
+from motionlab.timing import CONTROL_PERIOD
 from motionlab.trajectories.cusps import cusp_note
 from motionlab.trajectories.motion_limits import (
     ALWAYS,

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from motionlab.config.drive import DriveConfig
 from motionlab.config.load import load_scenario
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.drive.ethercat import (
     DATAGRAM_HEADER,
     FRAME_HEADER,
@@ -39,6 +38,7 @@ from motionlab.drive.process_data import INPUT, NODES, OUTPUT
 from motionlab.drive.virtual.datagrams import answer
 from motionlab.drive.virtual.layout import ERROR_CODE, MAIL
 from motionlab.drive.virtual.segment import Segment, default_drive
+from motionlab.timing import CONTROL_PERIOD
 
 SHIFT = 100_000
 """ns from SYNC0 to the first frame; the second follows 50 us later."""

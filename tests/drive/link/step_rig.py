@@ -8,10 +8,10 @@ from collections.abc import Callable
 from typing import Any
 
 from motionlab.config.drive import DriveConfig
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.drive.commissioning.run import StepRun
 from motionlab.drive.link.link import DriveLink
 from motionlab.drive.link.shared import Status
+from motionlab.timing import CONTROL_PERIOD
 from tests.drive.link.lockstep import Lockstep
 
 

@@ -10,7 +10,6 @@ import pytest
 from numpy.typing import NDArray
 
 from motionlab.config.load import epochs, load_scenario
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.drive import loop_parameters
 from motionlab.drive.link.bus import Inputs
 from motionlab.drive.link.commanding import UNKNOWN
@@ -19,6 +18,7 @@ from motionlab.drive.motion import held_parameters, on_drives
 from motionlab.errors import ConfigError
 from motionlab.kernel.layout import state_row
 from motionlab.telemetry.channels import CHANNELS, Sample
+from motionlab.timing import CONTROL_PERIOD
 from tests.drive.link.lockstep import Lockstep
 from tests.simulated import SHORT, Played, play
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.drive.link.bounds import check_reference
 from motionlab.drive.link.carrier import LinkError
 from motionlab.drive.link.shared import RUN_TICKS_MAX
 from motionlab.drive.motion import braking, minimum_jerk
 from motionlab.drive.virtual.segment import default_drive
+from motionlab.timing import CONTROL_PERIOD
 
 
 def test_the_approach_goes_from_rest_to_rest_within_limits() -> None:

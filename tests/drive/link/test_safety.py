@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.drive import faults
 from motionlab.drive.ethercat import OP, REGISTER_AL_STATUS, REGISTER_AL_STATUS_CODE
 from motionlab.drive.link.bus import Inputs
@@ -26,6 +25,7 @@ from motionlab.drive.process_data import DISABLE_VOLTAGE, NODES, drive_state
 from motionlab.drive.virtual.objects import Dictionary
 from motionlab.kernel.layout import parameter_row
 from motionlab.telemetry.channels import Sample
+from motionlab.timing import CONTROL_PERIOD
 from tests.drive.link.lockstep import Lockstep
 
 ERROR = Sample._fields.index("following_error")

@@ -7,11 +7,11 @@ from typing import Any
 import pytest
 
 from motionlab.config.load import load_scenario
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.drive.link.carrier import LinkError
 from motionlab.drive.link.shared import Command, State, Status
 from motionlab.drive.motion import held_parameters, on_drives
 from motionlab.errors import ConfigError
+from motionlab.timing import CONTROL_PERIOD
 from tests.drive.link.test_gains import K_P, PURE, B, Moved
 
 FIRST, SECOND = 1200, 1500

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from motionlab.config.load import load_scenario
-from motionlab.config.timing import SUBSTEPS
 from motionlab.drive.virtual.layout import CLOCK, MAX_CURRENT, MAX_TORQUE, STEPS, SYNC_NEXT
 from motionlab.drive.virtual.machine import run_machine
 from motionlab.drive.virtual.segment import Segment
@@ -18,6 +17,7 @@ from motionlab.simulation.inputs import page_inputs
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.timeline import Timeline
 from motionlab.telemetry.channels import Sample
+from motionlab.timing import SUBSTEPS
 from tests.drive.virtual.bus import PERIOD, Bus
 
 COUNT = 50e-9

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from motionlab.config.load import load_scenario
 from motionlab.config.plant import AmplifierConfig
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, ExperimentFailed
 from motionlab.studies.identify import experiment
 from motionlab.studies.identify.documents import (
@@ -32,6 +31,7 @@ from motionlab.studies.identify.thrust_from_currents import (
     thrust_within,
 )
 from motionlab.telemetry.recording import VariantRecord
+from motionlab.timing import CONTROL_PERIOD
 from tests.simulated import play, true_map
 
 SLIDING = ("F_c", "F_s", "v_s", "sigma_2")

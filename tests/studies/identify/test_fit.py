@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from motionlab.config.timing import SUBSTEPS
 from motionlab.plant.friction import LuGre
 from motionlab.studies.identify.fit import (
     Fitted,
@@ -18,6 +17,7 @@ from motionlab.studies.identify.fit import (
     stribeck_curve,
 )
 from motionlab.studies.identify.presliding import force_ramp, model_response
+from motionlab.timing import SUBSTEPS
 
 TRUE = (0.24, 3.59, 0.0436, 10.3, 0.05)
 UNLOADED = (*TRUE[:4], 0.0)

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from motionlab.config.controller import ModelConfig
 from motionlab.config.load import load_scenario
 from motionlab.config.planar import AXES
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.kernel.force_maps import pole_pitch
+from motionlab.timing import CONTROL_PERIOD
 
 Array = NDArray[np.float64]
 

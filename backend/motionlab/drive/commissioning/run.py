@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 from motionlab.config.drive import DriveConfig
 from motionlab.config.planar import AXES
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.drive.link.bounds import OpenLoopTest
 from motionlab.drive.link.link import DriveLink
 from motionlab.drive.link.shared import Order, State
 from motionlab.drive.loop_parameters import LoopParameters
 from motionlab.errors import MotionLabError
 from motionlab.telemetry.channels import Sample
+from motionlab.timing import CONTROL_PERIOD
 
 Array = NDArray[np.float64]
 

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from motionlab.config.drive import DriveConfig
 from motionlab.config.planar import AXES
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.drive.link.carrier import LinkError
 from motionlab.drive.link.shared import RUN_TICKS_MAX, TEST_CURRENT
+from motionlab.timing import CONTROL_PERIOD
 
 
 @dataclass(frozen=True)

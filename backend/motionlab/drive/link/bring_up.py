@@ -13,7 +13,6 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from motionlab.config.drive import DriveConfig, NodeConfig
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.drive.ethercat import (
     AL_CODES,
     AL_ERROR,
@@ -69,6 +68,7 @@ from motionlab.drive.process_data import (
     TX_PDO,
     Entry,
 )
+from motionlab.timing import CONTROL_PERIOD
 
 STATION = 0x1001  # address of the first drive; the next ones follow
 _STATE_TIMEOUT = 5.0  # s, for a drive to change its state

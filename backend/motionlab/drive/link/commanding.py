@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.drive import faults
 from motionlab.drive.libc import part
 from motionlab.drive.link.bus import Bus, set_output
@@ -27,6 +26,7 @@ from motionlab.drive.process_data import (
 from motionlab.kernel.layout import SAMPLE_ROWS, STATE_ROWS, Inputs, state_row
 from motionlab.lanes import WIDTH
 from motionlab.telemetry.channels import Sample
+from motionlab.timing import CONTROL_PERIOD
 
 ARMING = 2_000  # cycles until every drive must have enabled operation
 REST = 100  # cycles at rest before a stop switches the torque off

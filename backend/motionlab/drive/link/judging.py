@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.drive import faults
 from motionlab.drive.ethercat import OP
 from motionlab.drive.libc import part
@@ -11,6 +10,7 @@ from motionlab.drive.link.memory import Count, Layout, Memory, latch, with_torqu
 from motionlab.drive.link.shared import ROUND_TRIP_BINS, Figure, Shared, State, Status
 from motionlab.drive.link.testing import judge_bounds
 from motionlab.drive.process_data import CYCLIC_TORQUE, NODES, STO_ACTIVE
+from motionlab.timing import CONTROL_PERIOD
 
 _PLAUSIBLE = 40  # missed cycles over which a change of position is still judged
 

@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from motionlab.config.drive import DriveConfig
 from motionlab.config.planar import AXES
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.drive.faults import DRIVE_ERRORS, DRIVE_FAULT, FAULTS, OF_AN_AXIS
 from motionlab.drive.link.bounds import OpenLoopTest, check_reference, check_test
 from motionlab.drive.link.carrier import LinkError
@@ -38,6 +37,7 @@ from motionlab.drive.link.shared import (
 )
 from motionlab.drive.loop_parameters import LoopParameters
 from motionlab.drive.process_data import NODES
+from motionlab.timing import CONTROL_PERIOD
 
 _LOG = logging.getLogger(__name__)
 _HEARTBEAT = 0.1  # s

@@ -8,13 +8,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.drive.compile_cache import Kept
 from motionlab.drive.libc import part
 from motionlab.drive.link.shared import Figure, Shared, State, Status
 from motionlab.drive.process_data import NODES
 from motionlab.kernel.layout import INPUT_ROWS, SAMPLE_ROWS, STATE_ROWS
 from motionlab.lanes import WIDTH
+from motionlab.timing import CONTROL_PERIOD
 
 kept = Kept("link", "*.py", "link/*.py").function
 """Compile a function that Python calls, and keep it."""

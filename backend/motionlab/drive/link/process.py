@@ -22,7 +22,6 @@ import numpy as np
 
 from motionlab.config.drive import PHASES, DriveConfig
 from motionlab.config.planar import AXES
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.drive.libc import new_clock
 from motionlab.drive.link.bring_up import BringUp
 from motionlab.drive.link.bus import SPIN, Bus, cyclic_bus
@@ -40,6 +39,7 @@ from motionlab.drive.link.shared import (
     Status,
     attach,
 )
+from motionlab.timing import CONTROL_PERIOD
 
 _LOCK_ALL = 1 | 2  # MCL_CURRENT, MCL_FUTURE
 _POLL = 0.05  # s, while there is no link

@@ -14,11 +14,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.config.timing import to_ticks
 from motionlab.drive.loop_parameters import TABLE_NUMBERS, LoopParameters
 from motionlab.drive.process_data import NODES
 from motionlab.kernel.layout import PARAMETER_ROWS, SAMPLE_ROWS
 from motionlab.lanes import WIDTH
+from motionlab.timing import to_ticks
 
 RUN_TICKS_MAX = to_ticks(300.0)
 """Longest motion, its approach included, ticks."""

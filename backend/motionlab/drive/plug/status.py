@@ -8,7 +8,6 @@ from pydantic import BaseModel, Field
 
 from motionlab.config.drive import DriveAxisConfig, DriveConfig
 from motionlab.config.planar import AXES
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.drive.faults import DRIVE_ERRORS
 from motionlab.drive.lease import Lease
 from motionlab.drive.link.link import DriveLink
@@ -16,6 +15,7 @@ from motionlab.drive.link.readings import FaultNow
 from motionlab.drive.link.shared import Figure, State, Status
 from motionlab.drive.plug.history import DriveHistory, LastStop, PastFault, Recent
 from motionlab.drive.process_data import STO_ACTIVE
+from motionlab.timing import CONTROL_PERIOD
 
 _CURRENT = 0.25  # s; a loop whose machine has stalled for this long says nothing of now
 

@@ -38,7 +38,7 @@ OUTPUT_ADDRESS, INPUT_ADDRESS = 0x1100, 0x1180
 
 FMMUS = SYNC_MANAGERS = 4
 STEP_NS = 100_000
-"""One step of the plant, `config.timing.PLANT_STEP`."""
+"""One step of the plant, `timing.PLANT_STEP`."""
 
 CONTROL_PERIOD_NS = 500_000
 HOP_NS = 300

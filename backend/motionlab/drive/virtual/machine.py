@@ -11,7 +11,6 @@ from llvmlite import binding
 from numba import types
 from numpy.typing import NDArray
 
-from motionlab.config.timing import PLANT_STEP, SUBSTEPS
 from motionlab.drive.virtual.layout import (
     INPUT_ROWS,
     PARAMETER_ROWS,
@@ -44,6 +43,7 @@ from motionlab.plant.magnetics import AnalyticMap, Phases
 from motionlab.plant.mechanics import Mechanics, Mover, advance, end_stop_force
 from motionlab.plant.resonance import Resonance, ring
 from motionlab.plant.table_map import MotorMap, TableMap, thrust_of
+from motionlab.timing import PLANT_STEP, SUBSTEPS
 
 _LOAD = Inputs._fields.index("load")
 _FRICTION = parameter_row("friction.sigma_0")

@@ -8,11 +8,11 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, ValidationError
 
 from motionlab.config.quantity import Config, Whole
-from motionlab.config.timing import PLANT_STEP
 from motionlab.config.validation_errors import field_errors
 from motionlab.drive.virtual import layout
 from motionlab.drive.virtual.layout import NODES, Arrays
 from motionlab.errors import ConfigError
+from motionlab.timing import PLANT_STEP
 
 _JUMP = 2**24
 Axes = Literal["", "x", "y", "xy"]

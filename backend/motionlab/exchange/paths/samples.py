@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.samples import SAMPLES_MAX
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, FieldError
 from motionlab.exchange.paths.tables import column_units
+from motionlab.timing import CONTROL_PERIOD
 
 SUFFIXES = (".npy", ".parquet")
 _DIGITS = 12  # of a position in m and a time in s: a picometre, a picosecond

@@ -10,7 +10,6 @@ import numpy as np
 
 from motionlab.config.drawn_path import DrawnPath
 from motionlab.config.shapes import Circle
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.errors import ConfigError, FieldError
 from motionlab.exchange.paths.fit import fit
@@ -22,6 +21,7 @@ from motionlab.exchange.paths.segments import (
     circle_arc,
     line,
 )
+from motionlab.timing import CONTROL_PERIOD
 from motionlab.trajectories.corners import drawn
 from motionlab.trajectories.drawn_motion import curve_of
 from motionlab.trajectories.path import Array, Vector

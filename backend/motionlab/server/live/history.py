@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 from motionlab.analysis.contouring import AROUND
 from motionlab.analysis.latest_metrics import ReferencePath
 from motionlab.config.planar import AXES
-from motionlab.config.timing import to_ticks
 from motionlab.simulation.machine import Machine
 from motionlab.simulation.record import record
 from motionlab.simulation.simulation import sample_page
 from motionlab.telemetry.channels import REFERENCES, stream_columns
 from motionlab.telemetry.recording import Recording, as_recording
 from motionlab.telemetry.ring import Ring
+from motionlab.timing import to_ticks
 
 RING_SECONDS = 30.0
 _SHARED = len(AXES) * len(REFERENCES)

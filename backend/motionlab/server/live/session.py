@@ -19,7 +19,6 @@ from motionlab.analysis.latest_metrics import latest_metrics
 from motionlab.config.load import epochs
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
-from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.library.run import Event
 from motionlab.server.live.change_log import ChangeLog
 from motionlab.server.live.clock import Clock
@@ -40,6 +39,7 @@ from motionlab.simulation.machine import Machine
 from motionlab.simulation.prepare import Prepared
 from motionlab.simulation.simulation import ReadyEpoch, Simulation, ready
 from motionlab.telemetry.recording import Recording
+from motionlab.timing import CONTROL_PERIOD, to_ticks
 
 METRICS_SECONDS = 10.0
 CATCH_UP_SECONDS = 0.25

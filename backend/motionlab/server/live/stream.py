@@ -9,7 +9,6 @@ from collections import deque
 from fastapi import WebSocket
 from pydantic import ValidationError
 
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.reports.problems import PREFIX, TYPES
 from motionlab.server.http.connection_limits import Socket, current
 from motionlab.server.http.problems import Problem
@@ -30,6 +29,7 @@ from motionlab.server.live.notification import Listener
 from motionlab.server.live.session import Session
 from motionlab.server.prometheus import Monitor
 from motionlab.telemetry.frames import PROTOCOL, header
+from motionlab.timing import CONTROL_PERIOD
 
 LAG_SECONDS = 0.25
 """Age of the oldest unacknowledged frame at which no more are sent."""

@@ -13,7 +13,6 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from motionlab.config.quantity import Whole
 from motionlab.config.scenario import Scenario
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, FieldError
 from motionlab.library.captures import About, keep_capture, recorded_stretch
 from motionlab.library.library import library
@@ -28,6 +27,7 @@ from motionlab.server.memory_budget import MemoryBudget
 from motionlab.server.routes.sessions import FoundSession
 from motionlab.server.worker_answers import called
 from motionlab.server.workers.worker import Call
+from motionlab.timing import CONTROL_PERIOD
 
 router = APIRouter(prefix="/sessions", tags=["sessions"], route_class=JsonRoute)
 

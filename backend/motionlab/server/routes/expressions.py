@@ -7,7 +7,6 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Request, Response
 from pydantic import BaseModel, ConfigDict, Field
 
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.library.library import library
 from motionlab.library.run import ID
 from motionlab.server.http.openapi_input import examples
@@ -17,6 +16,7 @@ from motionlab.server.worker_answers import computed
 from motionlab.telemetry.channels import stream_columns
 from motionlab.telemetry.expressions.columns import MATH_MAX, compile_column
 from motionlab.telemetry.expressions.parse import ExpressionError
+from motionlab.timing import CONTROL_PERIOD
 
 router = APIRouter(prefix="/expressions", tags=["expressions"], route_class=JsonRoute)
 

@@ -9,7 +9,6 @@ import numpy as np
 import tomli_w
 from fastapi import APIRouter, Query, Request, Response
 
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.exchange.selection import ALL, Selection
 from motionlab.server.file_download import WRITE_SECONDS, file_download
 from motionlab.server.http.problems import responses
@@ -23,6 +22,7 @@ from motionlab.telemetry import recorder
 from motionlab.telemetry.channels import stream_columns
 from motionlab.telemetry.expressions.columns import compile_columns, split_columns
 from motionlab.telemetry.recording import Recording, as_recording
+from motionlab.timing import CONTROL_PERIOD
 
 router = APIRouter(prefix="/sessions", tags=["sessions"], route_class=JsonRoute)
 _SAMPLES = "samples.npy"

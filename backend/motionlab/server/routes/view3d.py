@@ -9,13 +9,13 @@ from fastapi import APIRouter, HTTPException, Path, Request, Response
 from pydantic import BaseModel, ConfigDict, Field
 
 from motionlab.config.planar import AXES
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.scene3d.view_settings import Arrow, CameraName, ViewSettings
 from motionlab.server.http.openapi_input import examples
 from motionlab.server.http.problems import responses
 from motionlab.server.http.strict_json import JsonRoute
 from motionlab.server.routes.sessions import FoundSession
 from motionlab.server.view3d.phase_forces import air_gap, newest
+from motionlab.timing import CONTROL_PERIOD
 
 router = APIRouter(prefix="/sessions", tags=["sessions"], route_class=JsonRoute)
 

@@ -10,7 +10,6 @@ from pydantic import BaseModel, Field, create_model
 
 from motionlab.analysis.views.recorded import Recorded
 from motionlab.analysis.views.table import BY_NAME, VIEWS, View
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, FieldError
 from motionlab.library.recorded import of_run
 from motionlab.library.run import ID
@@ -22,6 +21,7 @@ from motionlab.server.settings import Settings
 from motionlab.server.worker_answers import ComputedResponse, called, json_of
 from motionlab.server.workers.worker import Call
 from motionlab.simulation.recorded import of_scenario, ticks_needed
+from motionlab.timing import CONTROL_PERIOD
 
 router = APIRouter(prefix="/views", tags=["simulate"], route_class=JsonRoute)
 

@@ -14,7 +14,6 @@ from pydantic import Field
 
 from motionlab.config.planar import AXES
 from motionlab.config.quantity import Whole
-from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.errors import ConfigError, FieldError
 from motionlab.kernel.force_maps import map_digests
 from motionlab.server.http.binary_answer import MEDIA_TYPE, packed
@@ -39,6 +38,7 @@ from motionlab.telemetry.expressions.columns import (
 )
 from motionlab.telemetry.expressions.compile import CHANNELS_MAX
 from motionlab.telemetry.recording import Recording
+from motionlab.timing import CONTROL_PERIOD, to_ticks
 
 router = APIRouter(tags=["simulate"], route_class=JsonRoute)
 

@@ -14,13 +14,13 @@ from fastapi import HTTPException
 
 from motionlab.config.load import load_scenario
 from motionlab.config.plant import PlantConfig
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.kernel.force_maps import pole_pitch
 from motionlab.scene3d import protocol
 from motionlab.scene3d.view_settings import ViewSettings
 from motionlab.server.live.notification import Listener
 from motionlab.server.live.session import Session
 from motionlab.server.view3d.phase_forces import PhaseForces, air_gap
+from motionlab.timing import CONTROL_PERIOD
 
 VIEWERS_MAX = 8
 """Viewers of one scene."""

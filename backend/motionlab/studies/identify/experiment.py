@@ -12,7 +12,6 @@ import numpy as np
 from motionlab import __version__
 from motionlab.analysis.result_document import ResultDocument
 from motionlab.config.load import load_scenario
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, ExperimentFailed, FieldError
 from motionlab.lanes import model_hash
 from motionlab.plant.friction import LuGre
@@ -63,6 +62,7 @@ from motionlab.studies.identify.sliding import (
     plan_motions,
 )
 from motionlab.studies.identify.thrust_from_currents import CurrentLoops
+from motionlab.timing import CONTROL_PERIOD
 
 Source = str | Path | dict[str, Any]
 

@@ -16,9 +16,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.config.timing import PLANT_STEP
 from motionlab.plant.friction import LuGre, steady_friction, stribeck_fade
 from motionlab.studies.identify.presliding import model_response
+from motionlab.timing import PLANT_STEP
 
 Array = NDArray[np.float64]
 

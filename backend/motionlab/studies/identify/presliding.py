@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.config.timing import CONTROL_PERIOD, PLANT_STEP, SUBSTEPS, to_ticks
 from motionlab.kernel.build import AXES
 from motionlab.kernel.force_maps import pole_pitch
 from motionlab.lanes import WIDTH, Lanes, cached, pack, unpack
@@ -20,6 +19,7 @@ from motionlab.simulation.prepare import Prepared
 from motionlab.studies.identify.rig import Rig
 from motionlab.studies.identify.thrust_from_currents import CurrentLoops, thrust_within
 from motionlab.telemetry.recording import VariantRecord
+from motionlab.timing import CONTROL_PERIOD, PLANT_STEP, SUBSTEPS, to_ticks
 from motionlab.trajectories.reference import Reference
 
 Array = NDArray[np.float64]

@@ -14,7 +14,6 @@ from pydantic import ValidationError
 
 from motionlab.config.plant import FrictionConfig
 from motionlab.config.scenario import Scenario
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.files import complete_file
 from motionlab.studies.identify.documents import (
     AxisIdentification,
@@ -28,6 +27,7 @@ from motionlab.studies.identify.documents import (
 )
 from motionlab.studies.identify.fit import Fitted, curve_half_width, stribeck_curve
 from motionlab.studies.identify.rig import Rig
+from motionlab.timing import CONTROL_PERIOD
 
 Array = NDArray[np.float64]
 

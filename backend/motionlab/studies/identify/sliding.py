@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from motionlab.config.planar import PlanarLength
 from motionlab.config.scenario import Scenario
-from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.config.trajectory import Trapezoid
 from motionlab.errors import ConfigError, FieldError
 from motionlab.force_sharing.pole_pitch import share_over
@@ -23,6 +22,7 @@ from motionlab.studies.identify.documents import Point
 from motionlab.studies.identify.rig import Rig
 from motionlab.studies.identify.thrust_from_currents import CurrentLoops, readings, thrust_within
 from motionlab.telemetry.recording import VariantRecord
+from motionlab.timing import CONTROL_PERIOD, to_ticks
 from motionlab.trajectories.reference import Reference
 
 Array = NDArray[np.float64]

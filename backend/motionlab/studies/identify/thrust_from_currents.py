@@ -34,13 +34,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.plant import AmplifierConfig
-from motionlab.config.timing import SUBSTEPS
 from motionlab.force_sharing.pole_pitch import forces_over
 from motionlab.kernel.force_maps import map_lanes
 from motionlab.lanes import cached
 from motionlab.plant.table_map import MotorMap
 from motionlab.studies.identify.rig import Rig
 from motionlab.telemetry.recording import VariantRecord
+from motionlab.timing import SUBSTEPS
 
 Array = NDArray[np.float64]
 

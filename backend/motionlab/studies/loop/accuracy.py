@@ -14,11 +14,11 @@ from motionlab.config.load import validate
 from motionlab.config.planar import AXES
 from motionlab.config.quantity import si
 from motionlab.config.scenario import Scenario
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.loop.steady_state_error import crossover, parabola_error, sine_error
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.run import run
 from motionlab.studies.tune.documents import AxisRequest
+from motionlab.timing import CONTROL_PERIOD
 
 
 class _Document(BaseModel):

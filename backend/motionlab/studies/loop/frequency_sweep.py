@@ -24,7 +24,6 @@ from motionlab.config.load import load_scenario, validate
 from motionlab.config.plant import OURS
 from motionlab.config.quantity import quantity, si
 from motionlab.config.scenario import Scenario
-from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.errors import ConfigError, FieldError
 from motionlab.kernel.force_maps import pole_pitch
 from motionlab.loop.linearise import linearise
@@ -33,6 +32,7 @@ from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.run import run
 from motionlab.studies.study import Source
 from motionlab.studies.tune.documents import AxisRequest, read_request
+from motionlab.timing import CONTROL_PERIOD, to_ticks
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

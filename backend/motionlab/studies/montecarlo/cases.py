@@ -16,7 +16,6 @@ from motionlab.analysis.metrics import DEFINITIONS
 from motionlab.analysis.variant_comparison import RATIOS
 from motionlab.config.load import load_scenario
 from motionlab.config.planar import AXES
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, FieldError
 from motionlab.executors.executor import current
 from motionlab.lanes import model_hash
@@ -44,6 +43,7 @@ from motionlab.studies.montecarlo.statistics import (
     rank_correlations,
     threshold,
 )
+from motionlab.timing import CONTROL_PERIOD
 
 Array = NDArray[np.float64]
 Source = str | Path | dict[str, Any]

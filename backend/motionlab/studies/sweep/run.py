@@ -15,7 +15,6 @@ from motionlab.analysis.metrics import DEFINITIONS
 from motionlab.config.load import load_scenario
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.config.validation_errors import is_whole, unit_of
 from motionlab.errors import ConfigError, FieldError
 from motionlab.executors.executor import current
@@ -33,6 +32,7 @@ from motionlab.studies.sweep.documents import (
     SweptField,
     SweptVariant,
 )
+from motionlab.timing import CONTROL_PERIOD
 from motionlab.trajectories.reference import ticks_of
 
 BEST = ("max_abs_following_error", "rms_following_error")

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from motionlab import __version__
 from motionlab.config.controller import ControllerConfig, GainsConfig
 from motionlab.config.planar import AXES
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.executors.executor import current
 from motionlab.lanes import model_hash
 from motionlab.loop.family import Figures, LoopFamily
@@ -29,6 +28,7 @@ from motionlab.studies.tune.documents import (
 )
 from motionlab.studies.tune.evaluation import cost
 from motionlab.studies.tune.problem import TrialSetup, TuningProblem, unstable_warnings
+from motionlab.timing import CONTROL_PERIOD
 
 Array = NDArray[np.float64]
 Progress = Callable[[float, PartialLandscape | None], None]

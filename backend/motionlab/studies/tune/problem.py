@@ -20,7 +20,6 @@ from motionlab.config.load import load_scenario
 from motionlab.config.named_configs import names
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario, WindowConfig
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ConfigError, FieldError, Infeasible
 from motionlab.kernel.build import mover_parameters
 from motionlab.kernel.layout import parameter_row
@@ -29,6 +28,7 @@ from motionlab.simulation.batch_runner import BatchRunner, Scores
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.result import plant_name
 from motionlab.studies.tune.documents import LandscapeRequest, TuneRequest
+from motionlab.timing import CONTROL_PERIOD
 
 Array = NDArray[np.float64]
 

@@ -20,7 +20,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab import __version__
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.lanes import model_hash
 from motionlab.simulation.result import plant_name
 from motionlab.studies.tune.candidate_document import candidate
@@ -36,6 +35,7 @@ from motionlab.studies.tune.documents import (
 )
 from motionlab.studies.tune.evaluation import Group, of_loops, of_trial, with_published
 from motionlab.studies.tune.problem import Outcome, TuningProblem, unstable_warnings
+from motionlab.timing import CONTROL_PERIOD
 
 Array = NDArray[np.float64]
 Evaluate = Callable[[Sequence[tuple[int, Array]]], Sequence[float]]

@@ -17,7 +17,6 @@ from motionlab.config.changes import apply_changes
 from motionlab.config.load import load_scenario, validate
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
-from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.errors import ConfigError, FieldError
 from motionlab.loop.family import Figures, LoopFamily
 from motionlab.loop.linearise import NoLinearisation
@@ -33,6 +32,7 @@ from motionlab.studies.why.documents import (
     WhyDocument,
     WhyRequest,
 )
+from motionlab.timing import CONTROL_PERIOD, to_ticks
 
 Source = str | Path | Mapping[str, Any]
 Errors = tuple[float, float]

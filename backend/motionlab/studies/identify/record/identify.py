@@ -15,7 +15,6 @@ from motionlab.config.controller import AxisModelConfig
 from motionlab.config.load import load_scenario
 from motionlab.config.plant import FrictionConfig, PlantConfig
 from motionlab.config.scenario import Scenario
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.errors import ExperimentFailed, MotionLabError
 from motionlab.lanes import model_hash
 from motionlab.library.columns import of_run
@@ -45,6 +44,7 @@ from motionlab.studies.identify.results import (
 )
 from motionlab.studies.identify.rig import compare_models
 from motionlab.telemetry.channels import Sample
+from motionlab.timing import CONTROL_PERIOD
 
 _ERROR = Sample._fields.index("following_error")
 

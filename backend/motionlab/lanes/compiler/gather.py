@@ -1,16 +1,16 @@
-"""Reading tables: each lane from a place of its own."""
+"""Reading tables in compiled code: each lane from a place of its own."""
 
 from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 from llvmlite import ir
 from numba.core import types
 from numba.core.imputils import lower_builtin
 from numba.extending import type_callable
 
-from motionlab.lanes.vector import WIDTH, LanesType, join_vectors, split_vectors
+from motionlab.lanes.compiler.vector import LanesType, join_vectors, split_vectors
+from motionlab.lanes.operations import WIDTH, load_four
 
 _FOUR = ir.VectorType(ir.DoubleType(), 4)
 _ALL = ir.VectorType(ir.DoubleType(), WIDTH)
@@ -18,25 +18,6 @@ _BITS = ir.VectorType(ir.IntType(64), WIDTH)
 _WHOLE = 2.0**52  # added to a whole number, it leaves that number in the bits of the mantissa
 _MANTISSA = 2**52 - 1
 _ALIGN = 8
-
-
-def load_four(table: Any, index: Any) -> Any:
-    """Return four neighbouring numbers of a table for each lane.
-
-    Parameters
-    ----------
-    table : ndarray, shape (n,)
-        What to read; nothing checks that it is long enough.
-    index : Lanes
-        Whole numbers from 0 to n - 4: where each lane's four numbers begin.
-
-    Returns
-    -------
-    tuple of four Lanes
-        The first, second, third and fourth number of each lane.
-    """
-    first = np.asarray(index).astype(np.int64)
-    return tuple(table[first + k] for k in range(4))
 
 
 @type_callable(load_four)
@@ -90,6 +71,3 @@ def _columns(builder: Any, data: Any, index: Any) -> list[Any]:
         shuffled(even, even_2, *high),
         shuffled(odd, odd_2, *high),
     ]
-
-
-__all__ = ["load_four"]

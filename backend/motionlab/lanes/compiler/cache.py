@@ -1,17 +1,14 @@
 """Where compiled code is kept between runs.
 
 numba's cache notices a change in the file of a compiled function but not in the files of the
-functions it calls. So the cache lies in a folder named after a hash of every source that goes into
-the kernel: a change anywhere in the model compiles anew, and the same hash names the model in
-records of runs.
+functions it calls. So the cache lies in a folder named after the hash of the model: a change
+anywhere in it compiles anew.
 """
 
 from __future__ import annotations
 
 import atexit
 import contextlib
-import functools
-import hashlib
 import os
 import shutil
 import tempfile
@@ -20,31 +17,7 @@ from typing import Any
 
 from numba.core import caching, config
 
-_PACKAGE = Path(__file__).resolve().parent.parent
-_SOURCES = (
-    "config/timing.py",
-    "control/*.py",
-    "motor_design/fem/cells.py",
-    "force_sharing/*.py",
-    "kernel/accumulator.py",
-    "kernel/layout.py",
-    "kernel/score.py",
-    "kernel/tick.py",
-    "lanes/*.py",
-    "plant/*.py",
-    "telemetry/channels.py",
-)
-
-
-@functools.cache
-def model_hash() -> str:
-    """Return a hash of the sources of the model, 16 hexadecimal digits."""
-    digest = hashlib.sha256()
-    for pattern in _SOURCES:
-        for path in sorted(_PACKAGE.glob(pattern)):
-            digest.update(path.relative_to(_PACKAGE).as_posix().encode())
-            digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
+from motionlab.lanes.sources import PACKAGE, model_hash
 
 
 def use_cache() -> None:
@@ -57,7 +30,7 @@ def use_cache() -> None:
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     user = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
     roots = [Path(chosen)] if chosen else []
-    roots += [_PACKAGE / "__pycache__", Path(user) / "motionlab"]
+    roots += [PACKAGE / "__pycache__", Path(user) / "motionlab"]
     folder = next((path for root in roots if (path := _writable(root)) is not None), None)
     if folder is None:
         folder = Path(tempfile.mkdtemp(prefix="motionlab-"))

@@ -1,4 +1,4 @@
-"""Lanes in arrays: rows read as named tuples of lanes, and written from them.
+"""Lanes in arrays, in compiled code.
 
 The type of an array does not contain the width of its lanes: a reader takes it from a constant or
 by lanes that are as wide.
@@ -8,20 +8,14 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 from llvmlite import ir
 from numba.core import types
 from numba.core.imputils import lower_builtin
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import type_callable
 
-from motionlab.lanes.vector import (
-    VECTOR,
-    WIDTH,
-    LanesType,
-    join_vectors,
-    split_vectors,
-)
+from motionlab.lanes.compiler.vector import VECTOR, LanesType, join_vectors, split_vectors
+from motionlab.lanes.operations import WIDTH, axes_at, pack, record, recorded, unpack
 
 _SINGLE = ir.VectorType(ir.FloatType(), WIDTH)
 _PAIR = ir.VectorType(ir.DoubleType(), 2)
@@ -76,11 +70,6 @@ def _register_reader(function: Any) -> None:
             return signature(types.NamedUniTuple(lanes, len(cls._fields), cls), *args)
 
 
-def unpack(record: Any, array: Any, first: int = 0, width: Any = WIDTH) -> Any:
-    """Return rows `first`, ... of `array`, shape (rows, width), as a named tuple of lanes."""
-    return record(*array[first : first + len(record._fields)])
-
-
 _register_reader(unpack)
 
 
@@ -89,11 +78,6 @@ _register_reader(unpack)
 def _lower_unpack(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     first = context.cast(builder, args[2], sig.args[2], types.int64)
     return _load_rows(context, builder, sig, args, first)
-
-
-def axes_at(record: Any, array: Any, tick: Any, width: Any = WIDTH) -> Any:
-    """Return ``array[tick]``, shape (fields, 2), as a named tuple: x in even lanes, y in odd."""
-    return record(*np.tile(array[tick], (width if isinstance(width, int) else len(width)) // 2))
 
 
 _register_reader(axes_at)
@@ -114,22 +98,6 @@ def _lower_axes_at(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         vector = builder.shuffle_vector(pair, ir.Constant(_PAIR, ir.Undefined), order)
         fields.append(join_vectors(builder, [vector] * (width // WIDTH)))
     return context.make_tuple(builder, sig.return_type, fields)
-
-
-def pack(values: Any, array: Any) -> None:
-    """Write a named tuple of lanes into the rows of `array`, shape (fields, width)."""
-    for row, value in zip(array, values, strict=True):
-        row[:] = value
-
-
-def record(values: Any, array: Any, tick: Any) -> None:
-    """Write a named tuple of lanes into ``array[tick]``, in the array's own precision."""
-    pack(values, array[tick])
-
-
-def recorded(record: Any, array: Any, tick: Any, width: Any = WIDTH) -> Any:
-    """Return ``array[tick]``, shape (fields, width), in single precision, as lanes."""
-    return record(*array[tick].astype(np.float64))
 
 
 @type_callable(pack)

@@ -1,18 +1,4 @@
-"""The SIMD lane type: eight or sixteen doubles that compiled code treats as one number.
-
-A *lane* is one axis of one controller of one run. The model is written once, as if for a single
-lane, with ``+ - * /``, comparisons, and the few functions below; where it branches it selects.
-Compiled by numba a value is one LLVM vector ``<8 x double>``, so that the vector unit is used by
-construction and a lane's bits cannot depend on its neighbours. With
-``NUMBA_DISABLE_JIT=1`` the same code runs on numpy arrays of shape (8,), which is how the tests
-check one against the other. Batches use sixteen lanes, two such vectors side by side: twice the
-lanes wait for the same chain of operations, and each vector's code, so each lane's bits, stays
-what it is alone. A vector of sixteen would not do: of two products that may be fused with their
-sum, LLVM picks another one there.
-
-The floating-point liberties taken are fused multiply-add, reciprocals of shared divisors, and the
-sign of zero. numba's ``fastmath=True`` would fold ``isfinite`` to True and let NaN pass unseen.
-"""
+"""Operations on lanes in compiled code: one LLVM vector ``<8 x double>``, or two side by side."""
 
 from __future__ import annotations
 
@@ -20,18 +6,20 @@ import functools
 import operator
 from typing import Any
 
-import numpy as np
 from llvmlite import ir
 from numba.core import cgutils, types
 from numba.core.imputils import lower_builtin
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import models, register_model, type_callable
 
-WIDTH = 8
-"""Lanes in one vector: of a single run."""
-
-WIDE = 16
-"""Lanes of a batch: two vectors side by side."""
+from motionlab.lanes.operations import (
+    WIDTH,
+    power_of_two,
+    round_down,
+    round_nearest,
+    select,
+    square_root,
+)
 
 VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)
 """LLVM's type of one vector."""
@@ -200,12 +188,6 @@ _register_mask_operator(operator.invert, lambda builder, a: builder.not_(a), 1)
 
 
 # -- functions ------------------------------------------------------------------------------------
-# Each is a plain Python function on arrays, and a typed, lowered one for compiled code.
-
-
-def select(mask: Any, yes: Any, no: Any) -> Any:
-    """Return `yes` where `mask` holds and `no` elsewhere."""
-    return np.where(mask, yes, no)
 
 
 @type_callable(select)
@@ -232,26 +214,6 @@ def _register_unary(function: Any, emit: Any) -> None:
         return lambda x: x if _is_lanes(x) else None
 
     lower_builtin(function, LanesType)(functools.partial(_emit_each, emit))
-
-
-def square_root(x: Any) -> Any:
-    """Return the square root of `x`."""
-    return np.sqrt(x)
-
-
-def round_down(x: Any) -> Any:
-    """Return the greatest whole number not above `x`."""
-    return np.floor(x)
-
-
-def round_nearest(x: Any) -> Any:
-    """Return the whole number nearest to `x`, halves to even."""
-    return np.rint(x)
-
-
-def power_of_two(n: Any) -> Any:
-    """Return 2**n for whole `n` with -1022 <= n <= 1023."""
-    return np.ldexp(1.0, n.astype(np.int64))
 
 
 def _emit_power_of_two(builder: Any, n: Any) -> Any:

@@ -1,4 +1,4 @@
-"""The floating-point mode: subnormal numbers count as zero.
+"""The floating-point mode of compiled code: subnormal numbers count as zero.
 
 A current that decays towards zero, or a mover that comes to rest, would end in subnormal numbers,
 which cost many times as much as others. They are far below anything physical.
@@ -14,19 +14,11 @@ from numba.core import cgutils, types
 from numba.core.imputils import lower_builtin
 from numba.extending import type_callable
 
-from motionlab.lanes.vector import i32
+from motionlab.lanes.compiler.vector import i32
+from motionlab.lanes.operations import flush_subnormals, restore_mode
 
 _HAS_MXCSR = platform.machine().lower() in {"x86_64", "amd64"}
 _FLUSH = 0x8040  # flush results to zero, take operands as zero
-
-
-def flush_subnormals() -> int:
-    """Flush subnormal numbers to zero in this thread; return the mode for `restore_mode`."""
-    return 0
-
-
-def restore_mode(mode: int) -> None:
-    """Restore the floating-point mode that flush_subnormals returned."""
 
 
 @type_callable(flush_subnormals)
