@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 from motionlab.analysis.metrics import holds_within
 from motionlab.config.load import load_scenario
 from motionlab.config.planar import AXES
-from motionlab.config.timing import to_ticks
 from motionlab.kernel.layout import INPUT_ROWS, SAMPLE_ROWS, Inputs
 from motionlab.kernel.tick import run_lanes
 from motionlab.lanes import WIDTH, model_hash
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document
 from motionlab.simulation.whatif import Extent, run_changed
+from motionlab.timing import to_ticks
 
 Array = NDArray[np.float64]
 K_P = {"variants.B.controller.x.k_p": 210000.0}

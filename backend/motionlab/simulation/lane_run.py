@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from motionlab.analysis.metrics import holds_within
 from motionlab.config.load import Epochs
 from motionlab.config.planar import AXES
-from motionlab.config.timing import CONTROL_PERIOD, to_ticks
 from motionlab.errors import MotionLabError
 from motionlab.kernel.build import LANES_PER_VARIANT, initial_state
 from motionlab.kernel.force_maps import map_digests
@@ -29,6 +28,7 @@ from motionlab.simulation.result import Window, effective, identity, segments, v
 from motionlab.simulation.simulation import Snapshot, variant_lanes
 from motionlab.simulation.timeline import Timeline
 from motionlab.telemetry.channels import REFERENCES
+from motionlab.timing import CONTROL_PERIOD, to_ticks
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,6 @@ from fastapi import APIRouter, Body, Request, Response
 from numpy.typing import NDArray
 from pydantic import Field
 
-from motionlab.config.timing import CONTROL_PERIOD
 from motionlab.server.http.binary_answer import MEDIA_TYPE, packed
 from motionlab.server.http.openapi_input import examples
 from motionlab.server.http.problems import responses
@@ -22,6 +21,7 @@ from motionlab.server.worker_answers import ComputedResponse, called
 from motionlab.server.workers.worker import Call
 from motionlab.simulation.lane_run import Known, Obstacle, lane_run
 from motionlab.simulation.whatif import Extent, beginning
+from motionlab.timing import CONTROL_PERIOD
 
 router = APIRouter(tags=["simulate"], route_class=JsonRoute)
 
