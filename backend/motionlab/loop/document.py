@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import Any, ClassVar
 
@@ -11,11 +12,14 @@ from pydantic import BaseModel, ConfigDict, Field
 from motionlab.config.planar import AXES
 from motionlab.config.quantity import si
 from motionlab.config.scenario import Scenario
-from motionlab.loop.family import Figures, family_of
+from motionlab.kernel.force_maps import map_digests
+from motionlab.lanes.bank import TABLES
+from motionlab.loop.family import Figures, LoopKey, family_of
 from motionlab.loop.linearise import (
     SLIDING,
     NoLinearisation,
     linearise,
+    parameters,
     stability_limits,
 )
 from motionlab.loop.margins import margins
@@ -103,12 +107,21 @@ def _variant(scenario: Scenario, variant: str) -> LoopOfVariant:
     return LoopOfVariant(axes=axes, note=None)
 
 
+@TABLES.lease()
 def _axis(scenario: Scenario, variant: str, axis: str) -> LoopOfAxis:
-    sliding = _at(scenario, variant, axis, SLIDING)
+    """Return the loop of one axis; a slider moves one loop, and the others are kept."""
+    numbers = parameters(scenario, variant, axis), map_digests([(0, scenario)])
+    return _loop_of_axis(LoopKey(numbers, scenario, variant, axis))
+
+
+@functools.lru_cache(maxsize=64)
+def _loop_of_axis(key: LoopKey) -> LoopOfAxis:
+    loop = key.scenario, key.variant, key.axis
+    sliding = _at(*loop, SLIDING)
     return LoopOfAxis(
         **sliding,
-        standstill=LoopAt(**_at(scenario, variant, axis, 0.0)),
-        worst=_worst(scenario, variant, axis),
+        standstill=LoopAt(**_at(*loop, 0.0)),
+        worst=_worst(*loop),
     )
 
 

@@ -227,8 +227,8 @@ class LoopFamily:
 
 
 @dataclass(frozen=True)
-class _LoopKey:
-    """Loops by all that decides them but the gains."""
+class LoopKey:
+    """Loops by the numbers that decide them: results that are kept have these as their key."""
 
     key: tuple[Parameters, tuple[str, ...]]
     scenario: Scenario = field(compare=False)
@@ -237,7 +237,7 @@ class _LoopKey:
 
 
 @functools.lru_cache(maxsize=16)
-def _family(key: _LoopKey) -> LoopFamily:
+def _family(key: LoopKey) -> LoopFamily:
     return LoopFamily.of(key.scenario, key.variant, key.axis)
 
 
@@ -254,7 +254,7 @@ def family_of(scenario: Scenario, variant: str, axis: str) -> LoopFamily:
     """
     par = parameters(scenario, variant, axis)
     without = par._replace(controller=par.controller._replace(k_p=0.0, k_d=0.0))
-    return _family(_LoopKey((without, map_digests([(0, scenario)])), scenario, variant, axis))
+    return _family(LoopKey((without, map_digests([(0, scenario)])), scenario, variant, axis))
 
 
 _AT_ONCE = 128
