@@ -10,15 +10,8 @@ from pathlib import Path
 import pytest
 
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror")
-SHARED = (
-    "check.c",
-    "psrm_controller.c",
-    "psrm_friction.c",
-    "psrm_sharing.c",
-    "psrm_motor.c",
-    "psrm_math.c",
-)
-"""Sources that are the same in every export."""
+SOURCES = ("check.c", "psrm_controller.c", "psrm_parameters.c")
+"""Of an export."""
 
 
 def compiler(name: str) -> str:

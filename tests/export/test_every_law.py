@@ -11,8 +11,8 @@ import pytest
 from motionlab.config.controller import Law, SharingLaw
 from motionlab.config.load import load_scenario
 from motionlab.config.planar import AXES
-from motionlab.export.export import SOURCE, export_controller
-from tests.export.compilers import SHARED, STRICT, built, call, compiler
+from motionlab.export.export import export_controller
+from tests.export.compilers import SOURCES, STRICT, built, call, compiler
 
 SECONDS = 0.2
 CONTROLLER = "variants.A.controller"
@@ -74,24 +74,14 @@ SWITCHES: dict[str, dict[str, Any]] = {
 }
 
 
-@pytest.fixture(scope="module")
-def objects(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
-    """Return the compiled sources that every export has in common."""
-    folder = tmp_path_factory.mktemp("objects")
-    sources = [SOURCE / name for name in SHARED]
-    built(compiler("gcc"), *STRICT, "-O2", "-c", *sources, cwd=folder)
-    return sorted(folder.glob("*.o"))
-
-
-def passes(objects: list[Path], folder: Path, changes: Mapping[str, Any]) -> str:
+def passes(folder: Path, changes: Mapping[str, Any]) -> str:
     """Export a changed circle, run its check, which has to pass, and return what it printed."""
     resting = "trajectory" in changes
     # Limits are to be met here, not kept clear of.
     changes = {"thrust_reserve": 0.0, **changes}
     scenario = load_scenario("circle", changes if resting else MOVING | changes)
     export_controller(scenario, "A", folder, seconds=1.0 if resting else SECONDS)
-    parameters = folder / "psrm_parameters.c"
-    built(compiler("gcc"), *STRICT, "-O2", parameters, *objects, "-lm", "-o", folder / "check")
+    built(compiler("gcc"), *STRICT, "-O2", *SOURCES, "-lm", "-o", "check", cwd=folder)
     done = call("./check", "vectors.bin", cwd=folder)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
@@ -99,17 +89,15 @@ def passes(objects: list[Path], folder: Path, changes: Mapping[str, Any]) -> str
 
 @pytest.mark.parametrize("sharing", get_args(SharingLaw))
 @pytest.mark.parametrize("law", get_args(Law))
-def test_every_law_and_sharing_function(
-    law: str, sharing: str, objects: list[Path], tmp_path: Path
-) -> None:
+def test_every_law_and_sharing_function(law: str, sharing: str, tmp_path: Path) -> None:
     """Both kinds of map by turns: each meets every law and every sharing function."""
     turn = get_args(Law).index(law) + get_args(SharingLaw).index(sharing)
     changes = {f"{CONTROLLER}.compensation.law": law, f"{CONTROLLER}.sharing.law": sharing}
     maps = TABLES if turn % 2 else FORMULA
-    printed = passes(objects, tmp_path, maps | changes)
+    printed = passes(tmp_path, maps | changes)
     assert "400 periods, 0 numbers beyond" in printed
 
 
 @pytest.mark.parametrize("switch", SWITCHES)
-def test_every_switch(switch: str, objects: list[Path], tmp_path: Path) -> None:
-    passes(objects, tmp_path, FORMULA | SWITCHES[switch])
+def test_every_switch(switch: str, tmp_path: Path) -> None:
+    passes(tmp_path, FORMULA | SWITCHES[switch])

@@ -10,14 +10,13 @@ import pytest
 
 from motionlab.cli import main
 from motionlab.export.export import SOURCE
-from tests.export.compilers import SHARED, STRICT, built, call, compiler
+from tests.export.compilers import SOURCES, STRICT, built, call, compiler
 
 TABLE = [
     f"--set=variants.B.controller.model.{axis}.force_map={{kind='table', name='new-design'}}"
     for axis in "xy"
 ]
 SHARED_BY_LOSS = "--set=variants.B.controller.sharing.law=force-per-ampere"
-SOURCES = [*SHARED, "psrm_parameters.c"]
 
 
 def exported(folder: Path, *options: str) -> Path:
@@ -67,8 +66,11 @@ def test_tables_compile_and_agree(tabled: Path) -> None:
     done = call("make", "-C", tabled, "check", f"CC={compiler('gcc')}", "CFLAGS=-O2 -Werror")
     assert done.returncode == 0, done.stdout + done.stderr
     tables = (tabled / "psrm_tables.h").read_text()
-    names = re.findall(r"static const double (\w+)\[", tables)
-    assert sorted(names) == ["CURRENT_0", "SHARE_0", "THRUST_0"]
+    places = re.findall(r"/\* from (\d+): (\w+)", tables)
+    assert [quantity for _, quantity in places] == ["thrust", "current", "share"]
+    parameters = (tabled / "psrm_parameters.c").read_text()
+    for field, (place, _) in zip(("thrust", "inverse", "shares"), places, strict=True):
+        assert parameters.count(f".{field} = {place}.0,") == 2  # x and y read the same
 
 
 def test_it_compiles_as_cpp(tabled: Path) -> None:
@@ -93,7 +95,7 @@ def test_a_wrong_number_is_found(slip: tuple[str, str], whole: Path, tmp_path: P
     text = (whole / "psrm_parameters.c").read_text()
     assert slip[0] in text
     (tmp_path / "psrm_parameters.c").write_text(text.replace(*slip))
-    sources = [whole / source for source in SHARED]
+    sources = [whole / source for source in SOURCES if source != "psrm_parameters.c"]
     wrong = tmp_path / "psrm_parameters.c"
     built(compiler("gcc"), "-O2", "-I", whole, *sources, wrong, "-lm", "-o", tmp_path / "check")
     done = call(tmp_path / "check", whole / "vectors.bin")
@@ -166,4 +168,4 @@ def test_the_vectors_end_where_the_schedule_changes_the_controller(tmp_path: Pat
 
 def test_only_one_file_includes_the_maths_library() -> None:
     including = [path.name for path in SOURCE.iterdir() if "<math.h>\n" in path.read_text()]
-    assert sorted(including) == ["check.c", "psrm_math.c"]
+    assert sorted(including) == ["check.c", "psrm_math.h"]

@@ -12,7 +12,7 @@ import tomli_w
 from motionlab import __version__
 from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError, FieldError
-from motionlab.export.parameters import parameter_code
+from motionlab.export.controller_code import controller_code
 from motionlab.export.vectors import simulated_vectors, vector_file
 from motionlab.files import failure, replace
 from motionlab.lanes import model_hash
@@ -88,7 +88,7 @@ def export_controller(
     if not len(vectors):
         raise ConfigError(FieldError(f"variants.{variant}", "diverges in its first period"))
     toml = tomli_w.dumps(scenario.model_dump(mode="json", exclude_none=True)).encode()
-    code = parameter_code(scenario, variant)
+    code = controller_code(scenario, variant)
     facts = {
         "scenario": scenario.name,
         "variant": variant,
@@ -97,9 +97,8 @@ def export_controller(
         "model": model_hash(),
         "periods": str(len(vectors)),
         "seconds": f"{len(vectors) * CONTROL_PERIOD:g}",
-        "values": code.values,
         "include_tables": '#include "psrm_tables.h"\n' if code.tables else "",
-        "tables": code.tables,
+        **code._asdict(),
     }
     files = {"scenario.toml": toml, "vectors.bin": vector_file(vectors)}
     for path in sorted(SOURCE.iterdir()):

@@ -47,7 +47,6 @@ _SIMULATION_ONLY = {
 
 _MEMBERS = {
     "friction.enabled": "friction_on",
-    "force_map.N_pk": "N_pk",
     "force_map.gain": "map_gain",
 }
 """Fields that psrm_plant.h keeps elsewhere than the scenario does."""
@@ -141,10 +140,10 @@ def variables_of(plant: PlantConfig, start: tuple[float, float]) -> list[Variabl
 
 
 def _inputs(index: int, axis: str) -> Iterator[Variable]:
-    for number, phase in enumerate(PHASES):
+    for phase in PHASES:
         yield Variable(
             f"{axis}.current_command_{phase}",
-            f"in[{index}].current[{number}]",
+            f"in[{index}].current.{phase}",
             f"current command of phase {phase}",
             "A",
             "input",
@@ -160,12 +159,9 @@ def _inputs(index: int, axis: str) -> Iterator[Variable]:
 def _outputs(index: int, axis: str) -> Iterator[Variable]:
     for channel in CHANNELS:
         if channel.name in _OUTPUTS:
-            member = channel.name
-            if member.startswith("current_"):
-                member = f"current[{PHASES.index(member[-1])}]"
             yield Variable(
                 f"{axis}.{channel.name}",
-                f"out[{index}].{member}",
+                f"out[{index}].{channel.name}",
                 channel.meaning,
                 channel.unit,
                 "output",
@@ -209,7 +205,7 @@ def _parameters(config: BaseModel, member: str, path: str = "") -> Iterator[Vari
             for number, phase in enumerate(PHASES):
                 yield Variable(
                     f"{below}_{phase}",
-                    f"{member}{below}[{number}]",
+                    f"{member}{below}_{phase}",
                     f"{described}, phase {phase}",
                     unit,
                     "parameter",

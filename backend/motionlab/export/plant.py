@@ -20,7 +20,6 @@ from string import Template
 import tomli_w
 
 from motionlab import __version__
-from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError, FieldError
 from motionlab.export.export import SOURCE
@@ -30,11 +29,9 @@ from motionlab.export.model_description import (
     model_description,
     variables_of,
 )
-from motionlab.export.parameters import Tables, table_code
+from motionlab.export.plant_code import plant_code
 from motionlab.files import check_target, failure, replace
-from motionlab.kernel.force_maps import map_lanes
 from motionlab.lanes import model_hash
-from motionlab.lanes.bank import TABLES
 from motionlab.simulation.prepare import prepare
 from motionlab.timing import CONTROL_PERIOD
 
@@ -44,8 +41,11 @@ PLANT_SOURCE = Path(__file__).with_name("plant_source")
 HEADERS = Path(__file__).with_name("fmi3")
 """The headers of FMI 3.0 by the Modelica Association, BSD 2-clause; importers have their own."""
 
-SHARED = ("psrm_math.c", "psrm_math.h", "psrm_motor.c", "psrm_motor.h")
+MATHS = "psrm_math.h"
 """Of the exported controller."""
+
+GENERATED = ("psrm_plant.h", "psrm_plant.c", "psrm_tables.h", "psrm_variables.c")
+"""From templates, last the one with the hash of the others."""
 
 COMPILERS = ("cc", "gcc", "clang")
 OPTIONS = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-fvisibility=hidden", "-shared", "-s")
@@ -124,24 +124,29 @@ def _files(scenario: Scenario) -> dict[str, bytes]:
     x, y = reference.position[0]
     variables = variables_of(scenario.plant, (float(x), float(y)))
     toml = tomli_w.dumps(scenario.model_dump(mode="json", exclude_none=True)).encode()
-    files = {f"sources/{name}": (SOURCE / name).read_bytes() for name in SHARED}
+    files = {f"sources/{MATHS}": (SOURCE / MATHS).read_bytes()}
     templates: dict[str, str] = {}
     for source in sorted(PLANT_SOURCE.iterdir()):
         if source.suffix == ".in":
             templates[source.stem] = source.read_text("utf-8")
         elif source.name != "license.txt":
             files[f"sources/{source.name}"] = source.read_bytes()
+    code = plant_code(scenario)
     facts = {
         "scenario": scenario.name,
         "hash": hashlib.sha256(toml).hexdigest(),
         "version": __version__,
         "model": model_hash(),
         "variables": "\n".join(_variable_code(variables)),
-        **_tables(scenario),
+        "include_tables": '#include "psrm_tables.h"\n' if code.tables else "",
+        **code._asdict(),
     }
-    code = Template(templates["psrm_variables.c"])
-    facts["token"] = _token([*files.values(), code.safe_substitute(facts).encode()])
-    files["sources/psrm_variables.c"] = code.substitute(facts).encode()
+    for name in GENERATED:
+        if name == "psrm_variables.c":
+            text = Template(templates[name]).safe_substitute(facts)
+            facts["token"] = _token([*files.values(), text.encode()])
+        if name != "psrm_tables.h" or code.tables:
+            files[f"sources/{name}"] = Template(templates[name]).substitute(facts).encode()
     files["modelDescription.xml"] = model_description(
         variables,
         scenario=scenario.name,
@@ -174,18 +179,6 @@ def _variable_code(variables: Iterable[Variable]) -> Iterable[str]:
         kind = "PSRM_BOOLEAN" if switch else "PSRM_FLOAT64"
         place = f"offsetof(psrm_memory, {variable.member})"
         yield f'    {{"{variable.name}", {place}, {kind}, {causality}, {", ".join(numbers)}}},'
-
-
-def _tables(scenario: Scenario) -> dict[str, str]:
-    tables = Tables()
-    with TABLES.lease():
-        maps = {
-            f"table_{axis}": table_code(
-                map_lanes(getattr(scenario.plant, axis).force_map).table, tables, normal=True
-            )
-            for axis in AXES
-        }
-    return maps | {"tables": "".join(f"{definition}\n" for definition in tables.definitions)}
 
 
 def _token(contents: Iterable[bytes]) -> str:

@@ -4,11 +4,15 @@
 #include "fmi3Functions.h"
 #include "psrm_fmi3.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #define MESSAGE_LENGTH 200U
+
+/* A rest below this part of a step is rounding of the caller's time. */
+static const double ROUNDING = 1e-6;
 
 enum { INSTANTIATED, INITIALIZATION, STEP, TERMINATED };
 
@@ -42,6 +46,47 @@ static double *place(unit *u, const psrm_variable *variable)
     return (double *)(void *)((char *)&u->memory + variable->offset);
 }
 
+/* Return why an axis cannot be stepped, or NULL. */
+static const char *refusal_of(const psrm_plant_parameters *par)
+{
+    const double h = PSRM_PLANT_STEP;
+    const bool rubs = par->friction_on != 0.0;
+    const char *refusal = NULL;
+
+    if (rubs && (par->friction.F_s < par->friction.F_c)) {
+        refusal = "friction.F_s is below friction.F_c";
+    } else if (par->mass < (h * par->stop_damping)) {
+        refusal = "mass is too small for stop_damping: at least 1e-4 s stop_damping";
+    } else if (par->mass < (h * h * par->stop_stiffness)) {
+        refusal = "mass is too small for stop_stiffness: at least 1e-8 s^2 stop_stiffness";
+    } else if (rubs && (par->mass < (h * h * par->friction.sigma_0))) {
+        refusal = "mass is too small for friction.sigma_0: at least 1e-8 s^2 sigma_0";
+    } else if (rubs && (par->mass < (h * par->friction.sigma_1))) {
+        refusal = "mass is too small for friction.sigma_1: at least 1e-4 s sigma_1";
+    } else {
+        refusal = NULL;
+    }
+    return refusal;
+}
+
+/* Advance an axis by a duration, s, in steps of PSRM_PLANT_STEP and a shorter one for the rest. */
+static void advance(psrm_memory *m, uint32_t axis, double duration)
+{
+    const double steps = floor((duration / PSRM_PLANT_STEP) + ROUNDING);
+    const double rest = duration - (steps * PSRM_PLANT_STEP);
+    psrm_plant_sampled step;
+    double done;
+
+    psrm_plant_sample(axis, &m->par[axis], PSRM_PLANT_STEP, &step);
+    for (done = 0.0; done < steps; done += 1.0) {
+        psrm_plant_step(axis, &m->par[axis], &step, &m->in[axis], &m->state[axis]);
+    }
+    if (rest > (ROUNDING * PSRM_PLANT_STEP)) {
+        psrm_plant_sample(axis, &m->par[axis], rest, &step);
+        psrm_plant_step(axis, &m->par[axis], &step, &m->in[axis], &m->state[axis]);
+    }
+}
+
 static void restart(unit *u)
 {
     uint32_t i;
@@ -51,7 +96,7 @@ static void restart(unit *u)
         *place(u, &PSRM_VARIABLE[i]) = PSRM_VARIABLE[i].start;
     }
     for (i = 0U; i < PSRM_AXES; i++) {
-        psrm_plant_reset(&u->memory.par[i], &u->memory.state[i]);
+        psrm_plant_reset(i, &u->memory.par[i], &u->memory.state[i]);
     }
     u->memory.mode = INSTANTIATED;
     u->stale = 1U;
@@ -65,7 +110,7 @@ static fmi3Status checked(const unit *u)
     uint32_t axis;
 
     for (axis = 0U; axis < PSRM_AXES; axis++) {
-        refusal = psrm_plant_refusal(&u->memory.par[axis]);
+        refusal = refusal_of(&u->memory.par[axis]);
         if (refusal != NULL) {
             (void)snprintf(message, sizeof message, "axis %c: %s", (axis == 0U) ? 'x' : 'y',
                            refusal);
@@ -99,8 +144,7 @@ static fmi3Status get(unit *u, fmi3ValueReference reference, psrm_type type, dou
     }
     if (u->stale != 0U) {
         for (axis = 0U; axis < PSRM_AXES; axis++) {
-            psrm_plant_measure(&m->par[axis], &PSRM_TABLE[axis], &m->in[axis], &m->state[axis],
-                               &m->out[axis]);
+            psrm_plant_measure(axis, &m->par[axis], &m->in[axis], &m->state[axis], &m->out[axis]);
         }
         u->stale = 0U;
     }
@@ -132,7 +176,7 @@ static fmi3Status set(unit *u, fmi3ValueReference reference, psrm_type type, dou
     *place(u, variable) = value;
     if (u->memory.mode != STEP) {
         for (axis = 0U; axis < PSRM_AXES; axis++) {
-            psrm_plant_reset(&u->memory.par[axis], &u->memory.state[axis]);
+            psrm_plant_reset(axis, &u->memory.par[axis], &u->memory.state[axis]);
         }
     }
     u->stale = 1U;
@@ -296,8 +340,7 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
         return fmi3Error;
     }
     for (axis = 0U; axis < PSRM_AXES; axis++) {
-        psrm_plant_advance(&m->par[axis], &PSRM_TABLE[axis], &m->in[axis], communicationStepSize,
-                           &m->state[axis]);
+        advance(m, axis, communicationStepSize);
         sum += m->state[axis].p + m->state[axis].v + m->state[axis].z + m->state[axis].y;
     }
     u->stale = 1U;

@@ -42,6 +42,5 @@ typedef struct {
 extern const char *const PSRM_INSTANTIATION_TOKEN;
 extern const uint32_t PSRM_VARIABLES;
 extern const psrm_variable PSRM_VARIABLE[];
-extern const psrm_table PSRM_TABLE[PSRM_AXES];
 
 #endif

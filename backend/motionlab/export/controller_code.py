@@ -1,0 +1,161 @@
+"""A variant's controller as C: its functions from the kernel's, and its numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple, get_type_hints
+
+from motionlab.config.planar import AXES
+from motionlab.config.scenario import Scenario
+from motionlab.export.controller_step import Reference, Signals, step_axis
+from motionlab.export.recording import BANK, call_by_axis, entries_by_axis, fixed_place, zeros
+from motionlab.export.tables import Tables
+from motionlab.force_sharing.functions import (
+    INVERSE_LEVELS,
+    INVERSE_POSITIONS,
+    LEAST_NORM,
+    SHARE_LEVELS,
+    SHARE_POSITIONS,
+    ForceModel,
+)
+from motionlab.kernel.build import lane
+from motionlab.kernel.layout import Command, ControllerState, Parameters, State
+from motionlab.lanes.bank import TABLES
+from motionlab.plant.table_map import THRUST_TERMS
+from motionlab.targets.c_expression import INDENT
+from motionlab.targets.c_program import Program
+from motionlab.targets.c_values import initial_values
+from motionlab.targets.record import Recorder
+from motionlab.targets.record_statements import RecordedFunction
+from motionlab.targets.record_values import Constant
+
+_NAMES = {
+    Parameters: "psrm_axis_parameters",
+    State: "psrm_axis_state",
+    Signals: "psrm_signals",
+}
+_STATES = (State, ControllerState, Command)
+
+
+_ARGUMENTS = {
+    "par": "&parameters->axis[k]",
+    "s": "&state->axis[k]",
+    "reference": "&reference[k]",
+    "position": "position[k]",
+    "tables": "TABLES",
+}
+"""What psrm_step passes on."""
+
+
+class ControllerCode(NamedTuple):
+    """C of a controller."""
+
+    public_types: str
+    private_types: str
+    functions: str
+    reset: str  # statements that clear the state of an axis
+    step: str  # statements that advance both axes
+    values: str  # the initialiser of psrm_parameters
+    tables: str  # definition of an array; empty with formulas alone
+
+
+def controller_code(scenario: Scenario, variant: str) -> ControllerCode:
+    """Return the controller of a variant at the start of a scenario as C.
+
+    Its functions are those of the kernel, recorded for the laws, sharing functions and kinds of
+    maps that the variant has; its numbers stay parameters.
+
+    Raises
+    ------
+    ConfigError
+        If a force map is not there, or cannot be read.
+    """
+    controller = scenario.variants[variant].controller
+    tables = Tables()
+    with TABLES.lease():
+        lanes = {axis: _with_tables(lane(scenario, controller, axis), tables) for axis in AXES}
+    recorder = Recorder()
+    steps = {axis: _recorded_step(recorder, par) for axis, par in lanes.items()}
+    program = Program(entries_by_axis(steps), states=_STATES, type_names=_NAMES)
+    step = call_by_axis(
+        program,
+        steps,
+        _ARGUMENTS,
+        "&next",
+        "&current",
+        "&output->axis[k]",
+        index="k",
+        indent=2 * INDENT,
+    )
+    return ControllerCode(
+        public_types=program.types(public=True),
+        private_types=program.types(public=False),
+        functions=program.functions(),
+        reset="\n".join(_reset_lines(program, State, f"{2 * INDENT}state->axis[k].")),
+        step=step,
+        values="\n".join(_value_lines(program, lanes)),
+        tables=tables.code(),
+    )
+
+
+def _with_tables(par: Parameters, tables: Tables) -> Parameters:
+    """Return a lane's parameters with the places of its tables among exported ones."""
+    table, sharing = par.force_model.map.table, par.force_model.sharing
+    cells = (int(table.positions), int(table.currents), THRUST_TERMS)
+    shares = (2 * SHARE_POSITIONS, SHARE_LEVELS, 4)
+    table = table._replace(
+        thrust=tables.place(table.thrust, cells, "thrust, N, [position][current][term]")
+    )
+    sharing = sharing._replace(
+        inverse=tables.place(
+            sharing.inverse,
+            (INVERSE_POSITIONS, INVERSE_LEVELS, 4),
+            "current, A, [position][sqrt(thrust)][corner]",
+        ),
+        shares=tables.place(sharing.shares, shares, "share, 1, [sense][position][force][corner]"),
+    )
+    return par._replace(force_model=ForceModel(par.force_model.map._replace(table=table), sharing))
+
+
+def _recorded_step(recorder: Recorder, par: Parameters) -> RecordedFunction:
+    model, law = par.force_model, par.compensation
+    tabled = model.map.table.thrust >= 0.0 or model.sharing.law != LEAST_NORM
+    sharing = model.sharing._replace(
+        law=Constant(model.sharing.law, structural=True),
+        inverse=fixed_place(model.sharing.inverse),
+        shares=fixed_place(model.sharing.shares),
+    )
+    table = model.map.table._replace(thrust=fixed_place(model.map.table.thrust))
+    fixed = par._replace(
+        compensation=law._replace(law=Constant(law.law, structural=True)),
+        force_model=ForceModel(model.map._replace(table=table), sharing),
+    )
+    arguments = {
+        "par": fixed,
+        "s": zeros(State),
+        "reference": zeros(Reference),
+        "position": 0.0,
+        "tables": BANK if tabled else None,
+    }
+    return recorder.record(step_axis, arguments)
+
+
+def _reset_lines(program: Program, kind: Any, path: str) -> Iterator[str]:
+    """Yield the statements that clear a state."""
+    hints = get_type_hints(kind)
+    for name in program.fields(kind):
+        if hasattr(hints[name], "_fields"):
+            yield from _reset_lines(program, hints[name], f"{path}{name}.")
+        else:
+            yield f"{path}{name} = 0.0;"
+
+
+def _value_lines(program: Program, lanes: Mapping[str, Parameters]) -> Iterator[str]:
+    yield "{"
+    yield f"{INDENT}.axis = {{"
+    for axis, par in lanes.items():
+        yield f"{2 * INDENT}{{ /* {axis} */"
+        yield from initial_values(program, par, 3 * INDENT)
+        yield f"{2 * INDENT}}},"
+    yield f"{INDENT}}},"
+    yield "}"

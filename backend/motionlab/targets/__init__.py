@@ -1,0 +1,1 @@
+"""The model for other targets, made from the lane functions."""

@@ -1,0 +1,39 @@
+"""Numbers of NamedTuples as C: initial values of structures, and of tables."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab.targets.c_expression import INDENT, number
+from motionlab.targets.c_program import Program
+from motionlab.targets.record_source import field_comments
+
+_IN_A_LINE = 4
+
+
+def initial_values(program: Program, value: Any, indent: str) -> Iterator[str]:
+    """Yield the fields of a NamedTuple that a program reads, with their numbers."""
+    kind = type(value)
+    comments = field_comments(kind)
+    for name in program.fields(kind):
+        each = getattr(value, name)
+        if isinstance(each, tuple):
+            yield f"{indent}.{name} = {{"
+            yield from initial_values(program, each, indent + INDENT)
+            yield f"{indent}}},"
+        else:
+            about = [comments.get(name, ""), "none" if math.isinf(each) else ""]
+            text = "; ".join(part for part in about if part)
+            yield f"{indent}.{name} = {number(each)}," + (f" /* {text} */" if text else "")
+
+
+def array_lines(numbers: NDArray[np.float64], indent: str) -> Iterator[str]:
+    """Yield the numbers of an array, each line with a comma at its end."""
+    texts = [repr(each) for each in numbers.ravel().tolist()]
+    for first in range(0, len(texts), _IN_A_LINE):
+        yield f"{indent}{', '.join(texts[first : first + _IN_A_LINE])},"
