@@ -34,6 +34,11 @@ LOWEST_ROUTES := $(addprefix tests/server/test_routes.py::,test_health \
 PAGE := frontend/dist/index.html
 PAGE_SOURCES := $(shell find frontend -path frontend/node_modules -prune -o -path frontend/dist -prune -o \
 	-type f -print 2>/dev/null)
+# The kernel for browsers, which the page loads: it names a hash of the model's sources.
+MODULE := frontend/kernel.wasm
+MODULE_SOURCES := $(shell find $(addprefix backend/motionlab/,analysis/contouring.py control force_sharing \
+	kernel lanes motor_design/fem/cells.py plant targets/wasm*.py telemetry/channels.py \
+	telemetry/decimate.py timing.py) -type f ! -path '*/__pycache__/*')
 HELP := build/help/index.html
 HELP_SOURCES := README.md $(shell find docs backend/motionlab configs -type f ! -name '*.py[cod]' ! -name '*.nb[ci]')
 LINT_STAMP := .venv/lint-$(HERE)
@@ -172,10 +177,14 @@ $(LOWEST_STAMP): $(UV) backend/requirements-lowest.lock pyproject.toml
 	@touch $@
 
 # The page is built with the system's node, or with one from the lock.
-$(PAGE): $(SETUP_STAMP) $(PAGE_SOURCES)
+$(PAGE): $(SETUP_STAMP) $(PAGE_SOURCES) $(MODULE)
 	@echo "Building the page ..."
 	@frontend/npm run --silent build
 	@touch $@
+
+$(MODULE): $(SETUP_STAMP) $(MODULE_SOURCES)
+	@echo "Compiling the kernel for browsers ..."
+	@$(PY) -m motionlab.targets.wasm $@
 
 $(HELP): $(SETUP_STAMP) $(HELP_SOURCES)
 	@echo "Building the documentation ..."

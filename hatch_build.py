@@ -25,8 +25,8 @@ class Part(NamedTuple):
         Where it is built, from the top of the checkout.
     target : str
         Its folder in the package.
-    sources : str
-        What it is built from; with `folder` or packages of npm in it, these do not count.
+    sources : tuple of str
+        What it is built from; with `folder` or packages of npm in one, these do not count.
     command : tuple of str
         What builds it.
     remedy : str
@@ -38,26 +38,31 @@ class Part(NamedTuple):
     name: str
     folder: str
     target: str
-    sources: str
+    sources: tuple[str, ...]
     command: tuple[str, ...]
     remedy: str
     optional: bool = False
 
 
+# The model, which is also compiled for browsers; `make` has the same list file by file.
+_MODEL = tuple(
+    f"backend/motionlab/{room}" for room in ("control", "force_sharing", "kernel", "lanes", "plant")
+)
 PARTS = (
     Part(
         name="page",
         folder="frontend/dist",
         target="motionlab/page",
-        sources="frontend",
-        command=("frontend/npm", "run", "--silent", "build"),
-        remedy="install node 20.19 or newer, or run `make setup frontend/dist/index.html` before",
+        sources=("frontend", *_MODEL),
+        # The kernel in it is compiled by numba, so it needs more than a build has.
+        command=("make", "--silent", "frontend/dist/index.html"),
+        remedy="see what `make frontend/dist/index.html` says",
     ),
     Part(
         name="help",
         folder="build/help",
         target="motionlab/help",
-        sources="docs",
+        sources=("docs",),
         # It documents the program by importing it, so it needs more than a build has.
         command=("make", "--silent", "docs"),
         remedy="see what `make docs` says",
@@ -76,7 +81,7 @@ class BuiltParts(BuildHookInterface):
         root = Path(self.root)
         for part in PARTS:
             built = (root / part.folder / "index.html").is_file()
-            if part.optional and not built and not (root / part.sources).is_dir():
+            if part.optional and not built and not (root / part.sources[0]).is_dir():
                 continue
             problem = None if _is_current(root, part) else _build(root, part)
             if problem:
@@ -90,10 +95,13 @@ def _is_current(root: Path, part: Part) -> bool:
     if not index.is_file():
         return False
     built = index.stat().st_mtime
-    passed_over = {root / part.folder, root / part.sources / "node_modules"}
+    folders = [root / name for name in part.sources]
+    passed_over = {root / part.folder, *(folder / "node_modules" for folder in folders)}
+    passed_over |= {path for folder in folders for path in folder.rglob("__pycache__")}
     return all(
         path.stat().st_mtime <= built
-        for path in (root / part.sources).rglob("*")
+        for folder in folders
+        for path in folder.rglob("*")
         if path.is_file() and passed_over.isdisjoint(path.parents)
     )
 

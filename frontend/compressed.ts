@@ -3,10 +3,10 @@ import { dirname, join } from 'node:path';
 import { gzipSync } from 'node:zlib';
 import type { Plugin } from 'vite';
 
-const TEXT = /\.(css|html|js|svg)$/;
+const PACKED = /\.(css|html|js|svg|wasm)$/;
 
 /**
- * Put FILE.gz beside each text of the built page, and in the place of FILE in assets, which is all
+ * Put FILE.gz beside each text and module of the built page, and in the place of FILE in assets, which is all
  * but a few kB. The server sends it as it is to clients that accept gzip.
  */
 export function compressed(): Plugin {
@@ -19,7 +19,7 @@ export function compressed(): Plugin {
     },
     closeBundle() {
       for (const name of readdirSync(folder, { recursive: true, encoding: 'utf8' })) {
-        if (!TEXT.test(name)) continue;
+        if (!PACKED.test(name)) continue;
         const path = join(folder, name);
         writeFileSync(`${path}.gz`, gzipSync(readFileSync(path), { level: 9 }));
         if (dirname(name) === 'assets') rmSync(path);

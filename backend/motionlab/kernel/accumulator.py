@@ -83,7 +83,7 @@ def _larger(x: Lanes, y: Lanes) -> Lanes:
 
 
 @compiled
-def _one_more(tally: Tally, at: MeasuredChannels, target: Target, time: float) -> Tally:
+def one_more(tally: Tally, at: MeasuredChannels, target: Target, time: float) -> Tally:
     """Return a tally with one more tick, `time` seconds after the start of its window."""
     e = at.following_error
     size = abs(e)
@@ -114,7 +114,7 @@ def add_ticks(
     for k in range(samples.shape[0]):
         at = recorded(MeasuredChannels, samples, k, width)
         time = (first + k) * CONTROL_PERIOD
-        total = _one_more(total, at, axes_at(Target, target, k, width), time)
+        total = one_more(total, at, axes_at(Target, target, k, width), time)
     pack(total, tally)
 
 

@@ -128,22 +128,24 @@ def _first_rows(paths: tuple[str, ...]) -> list[int]:
     return [row for row, owner in enumerate(owners) if owner not in owners[max(row - 1, 0) : row]]
 
 
-_PARAMETERS = tuple(_paths(Parameters))
-PARAMETER_ROWS = len(_PARAMETERS)
-_STATE = tuple(_paths(State))
-STATE_ROWS = len(_STATE)
+PARAMETERS = tuple(_paths(Parameters))
+"""The dotted path of each row of an array of lane parameters."""
+PARAMETER_ROWS = len(PARAMETERS)
+STATES = tuple(_paths(State))
+"""The dotted path of each row of an array of states."""
+STATE_ROWS = len(STATES)
 INPUT_ROWS = len(Inputs._fields)
 SAMPLE_ROWS = len(Sample._fields)
 
 
 def parameter_row(path: str) -> int:
     """Return the row of a lane parameter, such as ``controller.k_p``, in a parameter array."""
-    return _PARAMETERS.index(path)
+    return PARAMETERS.index(path)
 
 
 def state_row(path: str) -> int:
     """Return the row of a field of the state, such as ``plant.p``, in an array of states."""
-    return _STATE.index(path)
+    return STATES.index(path)
 
 
 def column(par: Any) -> list[float]:
@@ -155,7 +157,7 @@ def column(par: Any) -> list[float]:
     ]
 
 
-_, _MEMORY, _ACTING, _PENDING, _CLOCK = _first_rows(_STATE)
+_, _MEMORY, _ACTING, _PENDING, _CLOCK = _first_rows(STATES)
 
 
 @compiled
@@ -207,7 +209,7 @@ _TABLED = [
     _MODEL_TABLE,
     _SHARING,
     _LIMITS,
-) = _first_rows(_PARAMETERS)
+) = _first_rows(PARAMETERS)
 
 
 @compiled

@@ -44,7 +44,8 @@ _ERROR = MeasuredChannels._fields.index("following_error")
 
 
 @compiled
-def _measured(sample: Sample) -> MeasuredChannels:
+def measured(sample: Sample) -> MeasuredChannels:
+    """Return the channels of a tick that enter the metrics."""
     return MeasuredChannels(
         following_error=sample.following_error,
         position=sample.position,
@@ -92,7 +93,7 @@ def _score(
         end = min(begin + CHUNK, ticks)
         for k in range(begin, end):
             s, sample = tick(par, s, axes_at(Inputs, inputs, k, width), tables, None)
-            record(_measured(sample), samples, k - begin)
+            record(measured(sample), samples, k - begin)
         start = max(begin, before)
         stop = min(end, before + target.shape[0])
         if start < stop:

@@ -10,7 +10,7 @@ import hashlib
 from pathlib import Path
 
 PACKAGE = Path(__file__).resolve().parent.parent
-_SOURCES = (
+SOURCES = (
     "timing.py",
     "control/*.py",
     "motor_design/fem/cells.py",
@@ -24,13 +24,14 @@ _SOURCES = (
     "plant/*.py",
     "telemetry/channels.py",
 )
+"""Patterns of the model's sources, from the package."""
 
 
 @functools.cache
 def model_hash() -> str:
     """Return a hash of the sources of the model, 16 hexadecimal digits."""
     digest = hashlib.sha256()
-    for pattern in _SOURCES:
+    for pattern in SOURCES:
         for path in sorted(PACKAGE.glob(pattern)):
             digest.update(path.relative_to(PACKAGE).as_posix().encode())
             digest.update(path.read_bytes())

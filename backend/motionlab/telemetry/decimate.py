@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.lanes import cached
+from motionlab.lanes import cached, compiled
 
 
 def min_max(
@@ -35,16 +35,23 @@ def extremes(
     columns: NDArray[np.float32], size: int
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Return the minimum and the maximum of each bin of `size` ticks; the last may hold fewer."""
-    ticks = columns.shape[1]
-    low = np.empty((len(columns), -(-ticks // size)), dtype=np.float32)
+    low = np.empty((len(columns), -(-columns.shape[1] // size)), dtype=np.float32)
     high = np.empty_like(low)
     for column in range(len(columns)):
-        for i in range(low.shape[1]):
-            least = most = columns[column, i * size]
-            for k in range(i * size + 1, min((i + 1) * size, ticks)):
-                value = columns[column, k]
-                # One that is not a number makes its whole bin one: the curve ends there.
-                least = value if value < least or np.isnan(value) else least
-                most = value if value > most or np.isnan(value) else most
-            low[column, i], high[column, i] = least, most
+        write_extremes(columns[column], size, low[column], high[column])
     return low, high
+
+
+@compiled
+def write_extremes(
+    values: NDArray[np.float32], size: int, low: NDArray[np.float32], high: NDArray[np.float32]
+) -> None:
+    """Write the extremes of each bin of one column into `low` and `high`."""
+    for i in range(len(low)):
+        least = most = values[i * size]
+        for k in range(i * size + 1, min((i + 1) * size, len(values))):
+            value = values[k]
+            # One that is not a number makes its whole bin one: the curve ends there.
+            least = value if value < least or np.isnan(value) else least
+            most = value if value > most or np.isnan(value) else most
+        low[i], high[i] = least, most

@@ -9,12 +9,15 @@ from numba.core import types
 from numba.core.imputils import lower_builtin
 from numba.extending import type_callable
 
-from motionlab.lanes.compiler.vector import LanesType, join_vectors, split_vectors
+from motionlab.lanes.compiler.vector import (
+    LanesType,
+    join_vectors,
+    split_vectors,
+    vector_of,
+)
 from motionlab.lanes.operations import WIDTH, load_four
 
 _FOUR = ir.VectorType(ir.DoubleType(), 4)
-_ALL = ir.VectorType(ir.DoubleType(), WIDTH)
-_BITS = ir.VectorType(ir.IntType(64), WIDTH)
 _WHOLE = 2.0**52  # added to a whole number, it leaves that number in the bits of the mantissa
 _MANTISSA = 2**52 - 1
 _ALIGN = 8
@@ -42,19 +45,28 @@ def _lower_load_four(context: Any, builder: Any, sig: Any, args: Any) -> Any:
 
 def _columns(builder: Any, data: Any, index: Any) -> list[Any]:
     """Return the four numbers of each lane of one vector."""
-    # Eight loads of four and a transposition: a vector gather takes several times as long.
-    shifted = builder.fadd(index, ir.Constant(_ALL, [_WHOLE] * WIDTH))
-    bits = builder.and_(builder.bitcast(shifted, _BITS), ir.Constant(_BITS, [_MANTISSA] * WIDTH))
+    width = index.type.count
+    whole = vector_of(ir.IntType(64), width)
+    shifted = builder.fadd(index, ir.Constant(index.type, [_WHOLE] * width))
+    bits = builder.and_(builder.bitcast(shifted, whole), ir.Constant(whole, [_MANTISSA] * width))
     rows = []
-    for lane in range(WIDTH):
+    for lane in range(width):
         place = builder.extract_element(bits, ir.Constant(ir.IntType(32), lane))
         address = builder.bitcast(builder.gep(data, [place]), _FOUR.as_pointer())
         rows.append(builder.load(address, align=_ALIGN))
+    return _transposed(builder, rows)
+
+
+def _transposed(builder: Any, rows: list[Any]) -> list[Any]:
+    """Return the columns of two or eight rows of four."""
 
     def shuffled(a: Any, b: Any, *order: int) -> Any:
         kind = ir.VectorType(ir.IntType(32), len(order))
         return builder.shuffle_vector(a, b, ir.Constant(kind, list(order)))
 
+    if len(rows) < WIDTH:
+        return [shuffled(*rows, k, k + 4) for k in range(4)]
+    # Eight loads of four and a transposition: a vector gather takes several times as long.
     wide = [shuffled(rows[k], rows[k + 4], *range(8)) for k in range(4)]  # lane k and lane k + 4
     pairs = [
         (

@@ -14,10 +14,15 @@ from numba.core.imputils import lower_builtin
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import type_callable
 
-from motionlab.lanes.compiler.vector import VECTOR, LanesType, join_vectors, split_vectors
+from motionlab.lanes.compiler.vector import (
+    LanesType,
+    join_vectors,
+    split_vectors,
+    vector_of,
+    vectors_in,
+)
 from motionlab.lanes.operations import WIDTH, axes_at, pack, record, recorded, unpack
 
-_SINGLE = ir.VectorType(ir.FloatType(), WIDTH)
 _PAIR = ir.VectorType(ir.DoubleType(), 2)
 _ALIGN = 8  # numpy promises no more than the alignment of one double
 
@@ -29,7 +34,8 @@ def _row(  # noqa: PLR0913, PLR0917 - numba's lowering, an array, where in it
     data = context.make_array(array_type)(context, builder, array).data
     first = builder.mul(row, _i64(width))
     at = [builder.gep(data, [builder.add(first, _i64(i))]) for i in range(0, width, WIDTH)]
-    vector = _SINGLE if array_type.dtype == types.float32 else VECTOR
+    element = ir.FloatType() if array_type.dtype == types.float32 else ir.DoubleType()
+    vector = vector_of(element, width)
     return [builder.bitcast(address, vector.as_pointer()) for address in at]
 
 
@@ -43,7 +49,8 @@ def _load_rows(context: Any, builder: Any, sig: Any, args: Any, first: Any) -> A
         at = _row(context, builder, array_type, array, builder.add(first, _i64(i)), width)
         vectors = [builder.load(address, align=_ALIGN // 2) for address in at]
         if single:
-            vectors = [builder.fpext(vector, VECTOR) for vector in vectors]
+            double = vector_of(ir.DoubleType(), width)
+            vectors = [builder.fpext(vector, double) for vector in vectors]
         values.append(join_vectors(builder, vectors))
     return context.make_tuple(builder, sig.return_type, values)
 
@@ -90,13 +97,14 @@ def _lower_axes_at(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     tick = context.cast(builder, args[2], sig.args[2], types.int64)
     data = context.make_array(sig.args[1])(context, builder, args[1]).data
     data = builder.gep(data, [builder.mul(tick, _i64(2 * count))])
-    order = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0, 1] * (WIDTH // 2))
+    order_type = vector_of(ir.IntType(32), width)
+    order = ir.Constant(order_type, [0, 1] * (order_type.count // 2))
     fields = []
     for i in range(count):
         address = builder.bitcast(builder.gep(data, [_i64(2 * i)]), _PAIR.as_pointer())
         pair = builder.load(address, align=_ALIGN)
         vector = builder.shuffle_vector(pair, ir.Constant(_PAIR, ir.Undefined), order)
-        fields.append(join_vectors(builder, [vector] * (width // WIDTH)))
+        fields.append(join_vectors(builder, [vector] * vectors_in(width)))
     return context.make_tuple(builder, sig.return_type, fields)
 
 
@@ -115,14 +123,14 @@ _register_reader(recorded)
 
 def _store_rows(context: Any, builder: Any, sig: Any, args: Any, first: Any) -> Any:
     lanes, array_type = sig.args[0].dtype, sig.args[1]
-    single = array_type.dtype == types.float32
+    single, narrow = array_type.dtype == types.float32, vector_of(ir.FloatType(), lanes.width)
     for i in range(sig.args[0].count):
         value = builder.extract_value(args[0], i)
         vectors = split_vectors(context, builder, value, lanes, lanes.width)
         row = builder.add(first, _i64(i))
         at = _row(context, builder, array_type, args[1], row, lanes.width)
         for vector, address in zip(vectors, at, strict=True):
-            stored = builder.fptrunc(vector, _SINGLE) if single else vector
+            stored = builder.fptrunc(vector, narrow) if single else vector
             builder.store(stored, address, align=_ALIGN // 2)
     return context.get_dummy_value()
 

@@ -21,12 +21,7 @@ from motionlab.lanes.operations import (
     square_root,
 )
 
-VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)
-"""LLVM's type of one vector."""
-
 _FLAGS = ("contract", "arcp", "nsz")
-_BITS = ir.VectorType(ir.IntType(64), WIDTH)
-_MASK = ir.VectorType(ir.IntType(1), WIDTH)
 
 
 class LanesType(types.Type):
@@ -45,21 +40,32 @@ class MaskType(types.Type):
         super().__init__(name=f"Mask{width}")
 
 
-def _side_by_side(vector: Any, width: int) -> Any:
+def vector_of(element: Any, width: int) -> Any:
+    """Return LLVM's type of one vector of `width` lanes, of which it holds WIDTH at most."""
+    return ir.VectorType(element, min(width, WIDTH))
+
+
+def vectors_in(width: int) -> int:
+    """Return how many vectors `width` lanes are."""
+    return max(width // WIDTH, 1)
+
+
+def _side_by_side(element: Any, width: int) -> Any:
     """Return LLVM's type of `width` lanes: one vector, or an array of them."""
-    return vector if width == WIDTH else ir.ArrayType(vector, width // WIDTH)
+    vector, count = vector_of(element, width), vectors_in(width)
+    return vector if count == 1 else ir.ArrayType(vector, count)
 
 
 @register_model(LanesType)
 class _LanesModel(models.PrimitiveModel):
     def __init__(self, manager: Any, fe_type: Any) -> None:
-        super().__init__(manager, fe_type, _side_by_side(VECTOR, fe_type.width))
+        super().__init__(manager, fe_type, _side_by_side(ir.DoubleType(), fe_type.width))
 
 
 @register_model(MaskType)
 class _MaskModel(models.PrimitiveModel):
     def __init__(self, manager: Any, fe_type: Any) -> None:
-        super().__init__(manager, fe_type, _side_by_side(_MASK, fe_type.width))
+        super().__init__(manager, fe_type, _side_by_side(ir.IntType(1), fe_type.width))
 
 
 def _is_lanes(ty: Any) -> bool:
@@ -79,10 +85,10 @@ def _width(args: Any) -> int | None:
 
 def split_vectors(context: Any, builder: Any, value: Any, ty: Any, width: int) -> list[Any]:
     """Return `value` vector by vector, repeating a scalar in every lane."""
-    count = width // WIDTH
+    count = vectors_in(width)
     if _is_number(ty):
         scalar = context.cast(builder, value, ty, types.float64)
-        return [_repeat(builder, scalar, VECTOR)] * count
+        return [_repeat(builder, scalar, vector_of(ir.DoubleType(), width))] * count
     if count == 1:
         return [value]
     return [builder.extract_value(value, i) for i in range(count)]
@@ -108,7 +114,7 @@ def _emit_each(emit: Any, context: Any, builder: Any, sig: Any, args: Any) -> An
 
 def _repeat(builder: Any, scalar: Any, vector_type: Any) -> Any:
     one = builder.insert_element(ir.Constant(vector_type, ir.Undefined), scalar, i32(0))
-    order = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH)
+    order = ir.Constant(ir.VectorType(ir.IntType(32), vector_type.count), [0] * vector_type.count)
     return builder.shuffle_vector(one, ir.Constant(vector_type, ir.Undefined), order)
 
 
@@ -142,8 +148,9 @@ def _register_operator(op: Any, emit: Any, *, result: Any, arity: int = 2) -> No
 
 def _intrinsic(name: str) -> Any:
     def emit(builder: Any, *args: Any) -> Any:
-        kind = ir.FunctionType(VECTOR, [VECTOR] * len(args))
-        full_name = f"{name}.v{WIDTH}f64"
+        vector = args[0].type
+        kind = ir.FunctionType(vector, [vector] * len(args))
+        full_name = f"{name}.v{vector.count}f64"
         return builder.call(cgutils.get_or_insert_function(builder.module, kind, full_name), args)
 
     return emit
@@ -219,9 +226,11 @@ def _register_unary(function: Any, emit: Any) -> None:
 def _emit_power_of_two(builder: Any, n: Any) -> Any:
     # Adding 1.5 * 2**52 leaves n + bias in the low bits of the mantissa; shifted by 52 they are
     # the exponent. AVX2 has no conversion from double to 64-bit integer, this needs none.
-    shifted = builder.fadd(n, ir.Constant(VECTOR, [1.5 * 2.0**52 + 1023.0] * WIDTH))
-    bits = builder.shl(builder.bitcast(shifted, _BITS), ir.Constant(_BITS, [52] * WIDTH))
-    return builder.bitcast(bits, VECTOR)
+    width = n.type.count
+    kind = vector_of(ir.IntType(64), width)
+    shifted = builder.fadd(n, ir.Constant(n.type, [1.5 * 2.0**52 + 1023.0] * width))
+    bits = builder.shl(builder.bitcast(shifted, kind), ir.Constant(kind, [52] * width))
+    return builder.bitcast(bits, n.type)
 
 
 _register_unary(square_root, _intrinsic("llvm.sqrt"))
