@@ -90,8 +90,11 @@ class Serving:
 
     def cpu(self) -> float:
         """Return the processor time that it has used, user and system, s."""
-        fields = _proc(self._process.pid, "stat").rpartition(")")[2].split()
-        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+        return _cpu(self._process.pid)
+
+    def tree_cpu(self) -> float:
+        """Return the processor time of it and its child processes that live, s."""
+        return sum(map(_cpu, (self._process.pid, *_children(self._process.pid))))
 
     def resident(self) -> int:
         """Return its resident memory, bytes."""
@@ -100,6 +103,14 @@ class Serving:
     def tree(self) -> int:
         """Return the resident memory of it and its child processes, shared pages once, bytes."""
         return sum(map(_proportional, (self._process.pid, *_children(self._process.pid))))
+
+
+def _cpu(pid: int) -> float:
+    """Return the processor time that a process has used, user and system, s; 0 if it has ended."""
+    with contextlib.suppress(OSError):
+        fields = _proc(pid, "stat").rpartition(")")[2].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+    return 0.0
 
 
 def _proportional(pid: int) -> int:

@@ -3,7 +3,8 @@
   const bench = {
     answers: 0,
     loops: 0,
-    drawn: new Set(),
+    drawn: new Map(), // canvas to when, ms
+    answered: 0, // ms
     last: 0,
     frames: 0,
     curves: 0,
@@ -49,17 +50,30 @@
     response.arrayBuffer = async () => {
       const buffer = await read();
       bench.answers += 1;
-      bench.drawn.clear();
+      bench.answered = performance.now();
       return buffer;
     };
     return response;
   };
 
+  // Previews that the page computes: every variant's figures come from a worker.
+  const Own = window.Worker;
+  window.Worker = class extends Own {
+    constructor(...given) {
+      super(...given);
+      this.addEventListener('message', ({ data }) => {
+        if (!data.answer?.windows) return;
+        bench.answers += 1;
+        bench.answered = performance.now();
+      });
+    }
+  };
+
   // Every plot clears its canvas before it draws.
   const { clearRect } = CanvasRenderingContext2D.prototype;
   CanvasRenderingContext2D.prototype.clearRect = function (...given) {
-    bench.drawn.add(this.canvas);
     bench.last = performance.now();
+    bench.drawn.set(this.canvas, bench.last);
     bench.lastFrame = bench.frames;
     return clearRect.apply(this, given);
   };
@@ -103,7 +117,8 @@
       slider.value = String(home + 0.1 * Math.sin((i + 1) * 2.4));
       slider.dispatchEvent(new Event('input', { bubbles: true }));
       const drawn = () =>
-        bench.answers > answers && canvases.every((canvas) => bench.drawn.has(canvas));
+        bench.answers > answers &&
+        canvases.every((canvas) => (bench.drawn.get(canvas) ?? 0) >= bench.answered);
       let [plots, margin] = [0, 0];
       while (!plots || !margin) {
         await painted();
@@ -117,6 +132,22 @@
     }
     slider.dispatchEvent(new Event('change', { bubbles: true }));
     return { taken, margins, plots: canvases.length };
+  };
+
+  /** Moves a slider in every frame for some ms; resolves to how many previews came, and events. */
+  bench.drag = async (label, time) => {
+    const slider = document.querySelector(`input[type=range][aria-label="${label}"]`);
+    const home = slider.valueAsNumber;
+    const { answers } = bench;
+    const begin = performance.now();
+    let events = 0;
+    while (performance.now() - begin < time) {
+      slider.value = String(home + 0.1 * Math.sin((events += 1) * 0.1));
+      slider.dispatchEvent(new Event('input', { bubbles: true }));
+      await frame();
+    }
+    slider.dispatchEvent(new Event('change', { bubbles: true }));
+    return { previews: bench.answers - answers, events };
   };
 
   /** Presses a key that zooms or moves; resolves to ms and frames until all that it asks for has been drawn. */

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import struct
+from types import SimpleNamespace
 from typing import Any
 
 import httpx
@@ -17,6 +19,8 @@ from motionlab.config.planar import AXES
 from motionlab.kernel.layout import INPUT_ROWS, SAMPLE_ROWS, Inputs
 from motionlab.kernel.tick import run_lanes
 from motionlab.lanes import WIDTH, model_hash
+from motionlab.server.routes.whatif_lanes import WhatIfLanesRequest, _at_once, what_if_lanes
+from motionlab.server.settings import Settings
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document
 from motionlab.simulation.whatif import Extent, run_changed
@@ -132,6 +136,23 @@ def test_what_is_known_is_not_sent_again(client: httpx.Client) -> None:
         assert head["keys"][other] != again["keys"][other]
 
 
+def test_a_copied_field_changes_its_row_and_nothing_else(client: httpx.Client) -> None:
+    scheduled = {"schedule": [{"time": 1.0, "set": {"variants.A.controller.x.k_p": 3e5}}]}
+    head, before = answer(client, scenario="circle", set=scheduled)
+    assert len(head["copies"]) == 7
+    assert "variants.A.controller.x.k_p" not in head["copies"]
+    for number, (path, place) in enumerate(head["copies"].items()):
+        value = place["minimum"] + 0.01 * number * (place["maximum"] - place["minimum"])
+        changed, after = answer(
+            client, scenario="circle", set=scheduled | {path: value}, **head["keys"]
+        )
+        expected = before["lanes"].copy()
+        expected[:, place["variant"], place["row"], AXES.index(place["axis"])] = value
+        assert np.array_equal(after["lanes"], expected), path
+        assert np.array_equal(after["state"], before["state"])
+        assert {**changed, "rows": head["rows"], "arrays": head["arrays"]} == head
+
+
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
@@ -159,3 +180,17 @@ def test_refusals_are_those_of_the_what_if(client: httpx.Client, changes: dict[s
     answers = [client.post(f"/api/v1/{path}", json=body) for path in ("whatif", "whatif/lanes")]
     assert answers[0].status_code == answers[1].status_code == 422
     assert answers[0].json()["errors"] == answers[1].json()["errors"]
+
+
+def test_nobody_waits_for_the_kernel_to_be_compiled() -> None:
+    class NotReady:
+        ready = False
+
+    request = SimpleNamespace(
+        app=SimpleNamespace(
+            state=SimpleNamespace(settings=SimpleNamespace(bounds=Settings()), workers=NotReady())
+        )
+    )
+    body = WhatIfLanesRequest(scenario="circle", set=K_P)
+    response = asyncio.run(what_if_lanes(request, body))  # pyright: ignore[reportArgumentType]
+    assert bytes(response.body) == _at_once(body, Settings())

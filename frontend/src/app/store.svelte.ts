@@ -24,7 +24,11 @@ import { fromAddress, load, save, setAddress } from './storage';
 import { Backoff } from './stream/stream-client';
 import { LinkWatch, type Watched } from './stream/link-watch.svelte';
 import { Undo } from './undo.svelte';
+import { PageKernel } from './whatif/page-kernel';
 import { WhatIf } from './whatif/whatif.svelte';
+
+/** So often the server is asked whether it still compiles, ms. */
+const COMPILATION = 1000;
 
 export type Mode = 'whatif' | 'live';
 
@@ -37,7 +41,13 @@ export class Store {
   readonly expressions = new Expressions(this.api);
   readonly metrics = new LiveMetrics(this.api, this.session);
   readonly refusals = new Refusals();
-  readonly whatif = new WhatIf(this.api, (fields, detail) => this.refusals.take(fields, detail));
+  /** The kernel in the page, which what-ifs share. */
+  readonly kernel = new PageKernel();
+  readonly whatif = new WhatIf(
+    this.api,
+    (fields, detail) => this.refusals.take(fields, detail),
+    this.kernel,
+  );
   mode = $state<Mode>(
     (fromAddress('mode') ?? load('mode', 'whatif')) === 'live' ? 'live' : 'whatif',
   );
@@ -49,6 +59,8 @@ export class Store {
   );
   readonly undo = new Undo(this, this.live);
   readonly link = new LinkWatch(this.watched());
+  /** Whether the server compiles what simulations need, once on its machine. */
+  compiling = $state(false);
   private moving = false;
 
   /** What the controls show. */
@@ -101,10 +113,21 @@ export class Store {
 
   /** Asks what the server is. */
   private async meet(): Promise<void> {
-    const { login, drive, help } = await this.api.health();
+    const { login, drive, help, compiling } = await this.api.health();
     screen.documented = help;
     this.token.required = login;
     this.drive.start(drive);
+    this.compiling = compiling;
+    if (compiling) void this.watchCompilation();
+  }
+
+  /** Asks until the server has compiled what simulations need. */
+  private async watchCompilation(): Promise<void> {
+    while (this.compiling) {
+      await new Promise((resolve) => setTimeout(resolve, COMPILATION));
+      const health = await this.api.health().catch(() => null);
+      this.compiling = health?.compiling ?? true;
+    }
   }
 
   private async open(): Promise<void> {

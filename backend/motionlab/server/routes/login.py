@@ -16,6 +16,7 @@ from motionlab.server.http.openapi_input import examples
 from motionlab.server.http.problems import responses
 from motionlab.server.http.security import find_login
 from motionlab.server.http.strict_json import JsonRoute
+from motionlab.simulation.precompile import mark
 
 _LOG = logging.getLogger(__name__)
 
@@ -30,6 +31,9 @@ class Health(BaseModel):
     login: bool = Field(description="Whether browsers have to log in")
     drive: bool = Field(description="Whether there is a drive link")
     help: bool = Field(description="Whether the documentation is served at /help")
+    compiling: bool = Field(
+        description="Whether simulations wait until they are compiled, once on a machine"
+    )
 
 
 class LoginRequest(BaseModel):
@@ -50,6 +54,7 @@ async def get_health(request: Request) -> Health:
         login=settings.token is not None,
         drive=settings.drive is not None,
         help=request.app.state.documented,
+        compiling=not (request.app.state.workers.ready or mark().exists()),
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import itertools
 from typing import Annotated, Any
 
@@ -18,12 +19,15 @@ from motionlab.server.routes.simulate import prepare_request
 from motionlab.server.routes.whatif import Stretch, stretch_of
 from motionlab.server.settings import Settings
 from motionlab.server.worker_answers import ComputedResponse, called
+from motionlab.server.workers.pool import Workers
 from motionlab.server.workers.worker import Call
 from motionlab.simulation.lane_run import Known, Obstacle, lane_run
 from motionlab.simulation.whatif import Extent, beginning
 from motionlab.timing import CONTROL_PERIOD
 
 router = APIRouter(tags=["simulate"], route_class=JsonRoute)
+
+_Arrays = dict[str, NDArray[np.float64]]
 
 _COPIES = 3
 """Times that an answer is in memory: as arrays, as bytes, as the file that is sent."""
@@ -55,24 +59,39 @@ class WhatIfLanesRequest(Stretch):
 )
 async def what_if_lanes(request: Request, body: Annotated[WhatIfLanesRequest, Body()]) -> Response:
     """Check a changed scenario and return the numbers with which a kernel elsewhere runs it."""
-    answer = await called(request, _answer, body, request.app.state.settings.bounds)
+    bounds = request.app.state.settings.bounds
+    workers: Workers = request.app.state.workers
+    if not workers.ready:
+        # They wait for the kernel to be compiled, which takes much longer than these numbers.
+        return Response(await asyncio.to_thread(_at_once, body, bounds), media_type=MEDIA_TYPE)
+    answer = await called(request, _answer, body, bounds)
     return ComputedResponse(answer, media_type=MEDIA_TYPE)
 
 
+def _at_once(body: WhatIfLanesRequest, bounds: Settings) -> bytes:
+    head, arrays = _numbers(body, bounds)
+    return packed(head, list(arrays.values()), "<f8")
+
+
 def _answer(call: Call, body: WhatIfLanesRequest, bounds: Settings) -> bytes:
+    head, arrays = _numbers(body, bounds)
+    call.hold(_COPIES * sum(array.nbytes for array in arrays.values()))
+    return packed(head, list(arrays.values()), "<f8")
+
+
+def _numbers(body: WhatIfLanesRequest, bounds: Settings) -> tuple[dict[str, Any], _Arrays]:
     prepared = prepare_request(body, bounds)
     extent = Extent(False, bounds.direct_work_max, stretch_of(body, prepared))
     start, stop = beginning(prepared, body.scenario, body.set, extent)
     try:
         run = lane_run(prepared, start, stop, Known(body.inputs, body.tables))
     except Obstacle as obstacle:
-        return packed({"obstacle": str(obstacle)}, [])
+        return {"obstacle": str(obstacle)}, {}
     arrays = {
         name: array
         for name in ("lanes", "state", "inputs", "tables")
         if (array := getattr(run, name)) is not None
     }
-    call.hold(_COPIES * sum(array.nbytes for array in arrays.values()))
     head = {
         **run.document(),
         "how": "whole" if start is None else "window",
@@ -86,10 +105,10 @@ def _answer(call: Call, body: WhatIfLanesRequest, bounds: Settings) -> bytes:
         "rows": run.rows,
         "arrays": _places(arrays),
     }
-    return packed(head, list(arrays.values()), "<f8")
+    return head, arrays
 
 
-def _places(arrays: dict[str, NDArray[np.float64]]) -> dict[str, dict[str, Any]]:
+def _places(arrays: _Arrays) -> dict[str, dict[str, Any]]:
     """Return of each array the index of its first number, and its shape."""
     ends = itertools.accumulate(array.size for array in arrays.values())
     return {

@@ -78,6 +78,11 @@ class Workers:
             self._spawn(self._keep_one())
         self._spawn(self._renew())
 
+    @property
+    def ready(self) -> bool:
+        """Whether calls are carried out; at first they wait for what is loaded or compiled."""
+        return self.forks.settled.is_set()
+
     async def close(self) -> None:
         """End all processes, and calls with them."""
         for task in self._tasks:

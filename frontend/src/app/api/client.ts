@@ -123,6 +123,11 @@ export class Api {
     return whole(response.arrayBuffer(), signal);
   }
 
+  async whatifLanes(body: RequestOf<'/whatif/lanes'>, signal: AbortSignal) {
+    const response = await this.send('post', '/whatif/lanes', { body }, signal);
+    return whole(response.arrayBuffer(), signal);
+  }
+
   trajectories = () => this.json('get', '/trajectories', {});
   trajectory = (name: string) => this.json('get', '/trajectories/{name}', { path: { name } });
   keepTrajectory = (name: string, body: Trajectory) =>

@@ -6832,6 +6832,11 @@ export interface components {
              * @description Whether the documentation is served at /help
              */
             help: boolean;
+            /**
+             * Compiling
+             * @description Whether simulations wait until they are compiled, once on a machine
+             */
+            compiling: boolean;
         };
         /**
          * Histogram

@@ -8,6 +8,7 @@ import { LatestWins } from '../latest-wins';
 import { within, SeenCurves } from '../runs/run-range';
 import { Backoff } from '../stream/stream-client';
 import { type Preview, readAnswer } from '../api/curves-answer';
+import { Obstacle, type PageKernel } from './page-kernel';
 
 /** Bins of each curve while a control moves: more than a scope has pixels, and no more to carry. */
 const COARSE = 1000;
@@ -35,6 +36,8 @@ export interface Question {
 /** `preview` while a control moves, `whole` once it rests, `part` for looking closer at some of that. */
 interface Job {
   question: Question;
+  /** Of later questions it is higher. */
+  turn: number;
   what: 'preview' | 'whole' | 'part';
   range: Range | null;
 }
@@ -56,8 +59,11 @@ export class WhatIf {
   /** The newest answer with the whole run. */
   whole = $state.raw<Answered | null>(null);
   standing = $state<WhatIfStatus>('waiting');
-  /** ms from question to answer, for the newest. */
+  /** ms from question to preview, for the newest, and where it was computed. */
   took = $state(0);
+  computer = $state<'page' | 'server'>('server');
+  /** Why the server computes what the page might; empty where the page does. */
+  obstacle = $state('');
   /** Why the last request was refused, or is repeated. */
   reason = $state('');
   /** What has come of the newest question's run from its start: the whole, and finer curves of parts. */
@@ -66,7 +72,12 @@ export class WhatIf {
   private readings = $state(0);
   /** What is looked at. */
   private range: Range | null = null;
+  /** The newest question, and that of the answer. */
+  private turn = 0;
+  private shown = 0;
   private readonly queue = new LatestWins<Job>((job) => this.run(job));
+  /** Previews of the page. */
+  private readonly own = new LatestWins<Job>((job) => this.preview(job));
   private rest: ReturnType<typeof setTimeout> | null = null;
   private again: ReturnType<typeof setTimeout> | null = null;
   private readonly backoff = new Backoff(AGAIN.first, AGAIN.longest);
@@ -74,6 +85,7 @@ export class WhatIf {
   constructor(
     private readonly api: Api,
     private readonly refused: (fields: ProblemField[], detail: string) => void,
+    private readonly kernel: PageKernel | null = null,
   ) {}
 
   /** What the time axis covers by itself: the window of the metrics, or all where a schedule changes something. */
@@ -102,30 +114,38 @@ export class WhatIf {
   ask(question: Question, zoom: Range | null = null): void {
     this.standing = 'preview';
     this.range = zoom;
+    const turn = ++this.turn;
     if (this.rest !== null) clearTimeout(this.rest);
     this.rest = setTimeout(() => {
       this.rest = null;
-      this.push({ question, what: 'whole', range: null });
+      this.push({ question, turn, what: 'whole', range: null });
     }, REST);
-    this.push({ question, what: 'preview', range: zoom });
+    const preview: Job = { question, turn, what: 'preview', range: zoom };
+    if (this.kernel) this.own.push(preview);
+    else this.push(preview);
   }
 
   /** Looks at another stretch of time: closer curves come where the whole is too coarse for it. */
   look(range: Range): void {
     this.range = range;
-    const { whole, answer } = this;
+    const { whole, answer, turn } = this;
+    if (this.standing === 'preview' && answer) void this.lookCloser(answer, range);
     if (this.standing !== 'exact' || !whole || whole.question !== answer?.question) return;
     const { from, to } = within(range, whole) ?? range;
     if (this.seen.has(whole.question.columns, { from, to }, fineOf(range, whole))) return;
     const more = MARGIN * (to - from);
     const wider = { from: Math.max(0, from - more), to: Math.min(whole.duration, to + more) };
-    this.push({ question: whole.question, what: 'part', range: wider });
+    this.push({ question: whole.question, turn, what: 'part', range: wider });
   }
 
   /** Every sample of a stretch of the newest question's run. */
   async samples(columns: readonly string[], range: Range): Promise<StillSource | null> {
     const { answer } = this;
     if (!answer) return null;
+    if (this.standing === 'preview') {
+      const own = await this.kernel?.curves(answer.question, columns, range, EVERY);
+      if (own) return own;
+    }
     const { scenario, set } = answer.question;
     const request = { scenario, set, columns: [...columns], ...stretchOf(range) };
     const signal = AbortSignal.timeout(TIMEOUT);
@@ -145,8 +165,45 @@ export class WhatIf {
     this.queue.push(job);
   }
 
+  /** Has the page compute; the server does where the page cannot. */
+  private async preview(job: Job): Promise<void> {
+    const { question, turn, range } = job;
+    const begin = performance.now();
+    try {
+      const signal = AbortSignal.timeout(TIMEOUT);
+      const preview = await this.kernel?.run(this.api, question, range, COARSE, signal);
+      if (!preview || turn <= this.shown) return; // the exact result was faster
+      this.show({ ...preview, question }, turn);
+      this.took = performance.now() - begin;
+      this.computer = 'page';
+      this.obstacle = '';
+      this.refused([], '');
+    } catch (error) {
+      const newer = this.own.superseded || turn < this.turn;
+      if (error instanceof Obstacle) this.obstacle = error.message;
+      else if (!(error instanceof ApiError && error.transient)) {
+        if (!newer) this.fail(error);
+        return;
+      }
+      // Where the hand rests already, the exact result is on its way.
+      if (!newer && this.rest !== null) this.push(job);
+    }
+  }
+
+  /** Draws a preview's curves again from the samples that the page has. */
+  private async lookCloser(answer: Answered, range: Range): Promise<void> {
+    const { question } = answer;
+    const source = await this.kernel?.curves(question, question.columns, range, COARSE);
+    if (source && this.answer === answer) this.answer = { ...answer, source };
+  }
+
+  private show(answer: Answered, turn: number): void {
+    this.answer = answer;
+    this.shown = turn;
+  }
+
   private async run(job: Job): Promise<void> {
-    const { question, what, range } = job;
+    const { question, turn, what, range } = job;
     const begin = performance.now();
     try {
       const signal = AbortSignal.timeout(TIMEOUT);
@@ -160,12 +217,16 @@ export class WhatIf {
         if (question === this.whole?.question) this.keep(answer);
         return;
       }
-      this.answer = answer;
+      if (turn < this.shown) return; // the page has shown a later one
+      this.show(answer, turn);
       if (exact) {
         this.whole = answer;
         this.seen = new SeenCurves();
         this.keep(answer);
-      } else this.took = performance.now() - begin;
+      } else {
+        this.took = performance.now() - begin;
+        this.computer = 'server';
+      }
       // Too long a scenario never runs from its start: its preview is final.
       if (exact && this.rest === null && !this.queue.superseded) {
         this.standing = 'exact';
@@ -175,7 +236,7 @@ export class WhatIf {
       this.refused([], '');
     } catch (error) {
       // A newer question is on its way; its answer counts.
-      if (this.queue.superseded) return;
+      if (this.queue.superseded || turn < this.shown) return;
       if (error instanceof ApiError && error.transient) {
         this.standing = what === 'part' ? this.standing : 'retrying';
         this.reason = error.message;
@@ -183,14 +244,18 @@ export class WhatIf {
         this.again = setTimeout(() => this.push(job), error.retryAfter ?? wait);
         return;
       }
-      if (what === 'part') return;
-      this.standing = 'failed';
-      this.reason = errorText(error);
-      if (this.rest !== null) clearTimeout(this.rest);
-      this.rest = null;
-      if (error instanceof ApiError) this.refused(error.problem.errors, error.message);
-      else this.refused([], errorText(error));
+      if (what !== 'part') this.fail(error);
     }
+  }
+
+  /** Says why the newest question was refused; the curves are those before it. */
+  private fail(error: unknown): void {
+    this.standing = 'failed';
+    this.reason = errorText(error);
+    if (this.rest !== null) clearTimeout(this.rest);
+    this.rest = null;
+    if (error instanceof ApiError) this.refused(error.problem.errors, error.message);
+    else this.refused([], errorText(error));
   }
 }
 

@@ -52,7 +52,11 @@ export class Editor {
   canRedo = $state(false);
   /** Bin of the profiles that a pointer is over. */
   cursor = $state<number | null>(null);
-  readonly whatif = new WhatIf(app.api, (fields, detail) => this.complain(fields, detail));
+  readonly whatif = new WhatIf(
+    app.api,
+    (fields, detail) => this.complain(fields, detail),
+    app.kernel,
+  );
   problem = $state('');
   private moving = false;
   private readonly history = new History<Table>();

@@ -1,0 +1,124 @@
+import { beforeEach, describe, expect, it, vi } from 'vitest';
+import { Crew, type Port } from '../../kernel/crew';
+import { exampleLanes, packedLanes } from '../../kernel/example-lanes';
+import type { Lanes } from '../../kernel/lanes';
+import type { About } from '../../kernel/module';
+import type { Answer, Request } from '../../kernel/tasks';
+import type { Changes, Scenario } from '../api/types';
+import { Obstacle, PageKernel } from './page-kernel';
+
+const about = { model: 'abc' } as About;
+vi.mock('../../kernel/module', async (original) => ({
+  ...(await original<object>()),
+  aboutOf: () => about,
+}));
+
+const scenario = {} as Scenario;
+const question = (set: Changes, columns = ['x.position_reference', 'B.y.thrust']) => ({
+  scenario,
+  set,
+  columns,
+});
+const curve = (value: number) => ({
+  minimum: new Float32Array(4).fill(value),
+  maximum: new Float32Array(4).fill(value),
+});
+
+/** A kernel whose workers note their requests, and a server that answers with some lanes. */
+async function kernelOf(
+  change: Partial<Lanes> = {},
+  fails: (request: Request) => boolean = () => false,
+) {
+  const requests: string[] = [];
+  const port = (place: number): Port => ({
+    post(request): Promise<Answer> {
+      const of = request.kind === 'run' ? ` ${request.run.variant}` : '';
+      if (request.kind !== 'open') requests.push(`${place} ${request.kind}${of}`);
+      if (fails(request)) return Promise.reject(new Error('out of memory'));
+      if (request.kind === 'run') {
+        const curves = request.run.columns.map(() => curve(place));
+        const figures = { axes: { x: { itae: 1 } }, contour: {} };
+        return Promise.resolve({ diverged: null, windows: [figures], curves });
+      }
+      if (request.kind !== 'curves') return Promise.resolve(null);
+      return Promise.resolve(request.columns.map(() => curve(place)));
+    },
+    end: () => undefined,
+  });
+  const crew = await Crew.of({} as WebAssembly.Module, [port(0), port(1)]);
+  const whatifLanes = vi.fn(({ inputs }: { inputs?: string }) => {
+    const known = inputs === 'i' ? { inputs: null, tables: null, rows: [] } : {};
+    return Promise.resolve(packedLanes({ ...exampleLanes(), ...change, ...known }));
+  });
+  const kernel = new PageKernel(() => Promise.resolve(crew));
+  const run = (set: Changes, columns?: string[]) =>
+    kernel.run({ whatifLanes }, question(set, columns), null, 4, AbortSignal.timeout(1000));
+  return { kernel, run, requests, whatifLanes };
+}
+
+let made: Awaited<ReturnType<typeof kernelOf>>;
+beforeEach(async () => {
+  made = await kernelOf();
+});
+
+describe('a what-if in the page', () => {
+  it('runs each variant in a worker, on inputs that are sent once', async () => {
+    const { run, requests } = made;
+    const { source, result, duration } = await run({ mass: 1 });
+    expect(requests).toEqual(['0 inputs', '0 run A', '1 inputs', '1 run B']);
+    expect([source.at('x.position_reference', 2), source.at('B.y.thrust', 2)]).toEqual([0, 1]);
+    expect([source.start, source.step, source.last]).toEqual([1, 1, 4]);
+    expect([result.window, duration]).toEqual([{ start: 1, end: 5 }, 5]);
+  });
+
+  it('asks the server for every change but copied fields in their range', async () => {
+    const { run, requests, whatifLanes } = made;
+    await run({ mass: 1 });
+    requests.length = 0;
+    await run({ mass: 1, gain: 50 });
+    expect(whatifLanes).toHaveBeenCalledTimes(1);
+    expect(requests).toEqual(['1 run B']); // A is as it was
+    for (const set of [{ mass: 1, gain: 101 }, { mass: 2, gain: 50 }, { gain: 50 }, { mass: 1 }]) {
+      whatifLanes.mockClear();
+      await run(set);
+      expect(whatifLanes, JSON.stringify(set)).toHaveBeenCalledTimes(1);
+    }
+    expect(requests).not.toContain('0 inputs');
+  });
+
+  it('reads further curves of its latest run only', async () => {
+    const { kernel, whatifLanes } = made;
+    const [first, second] = [question({ mass: 1 }), question({ mass: 2 })];
+    const signal = AbortSignal.timeout(1000);
+    for (const each of [first, second]) await kernel.run({ whatifLanes }, each, null, 4, signal);
+    const range = { from: 0, to: 2 };
+    expect(await kernel.curves(first, ['B.y.thrust'], range, 100)).toBeNull();
+    const source = await kernel.curves(second, ['B.y.thrust'], range, 100);
+    expect([source?.start, source?.step, source?.last]).toEqual([0, 0.5, 4]);
+  });
+});
+
+describe('the server has to run', () => {
+  it('math channels, and what it says only it can', async () => {
+    await expect(made.run({}, ['p=B.x.thrust * 2'])).rejects.toBeInstanceOf(Obstacle);
+    expect(made.whatifLanes).not.toHaveBeenCalled();
+    const other = await kernelOf({ result: { model: 'other' } });
+    await expect(other.run({})).rejects.toThrow('another version');
+  });
+
+  it('what a worker fails on; the next one begins anew', async () => {
+    let full = true;
+    const { run, requests } = await kernelOf({}, ({ kind }) => full && kind === 'inputs');
+    await expect(run({})).rejects.toBeInstanceOf(Obstacle);
+    full = false;
+    requests.length = 0;
+    await run({});
+    expect(requests).toEqual(['0 inputs', '0 run A', '1 inputs', '1 run B']);
+  });
+
+  it('everything in a browser without WebAssembly', async () => {
+    const kernel = new PageKernel(() => Promise.reject(new Error('no SIMD')));
+    const asks = kernel.run(made, question({}), null, 4, AbortSignal.timeout(1000));
+    await expect(asks).rejects.toEqual(new Obstacle('no SIMD'));
+  });
+});

@@ -1,0 +1,164 @@
+/** The kernel in the page: a what-if that it computes, where it can. */
+
+import { Crew } from '../../kernel/crew';
+import { type Lanes, readLanes } from '../../kernel/lanes';
+import { resultOf } from '../../kernel/result';
+import type { Curve, Inputs, Request, Run, RunResult } from '../../kernel/tasks';
+import { isMath, type Range, type StillSource } from '../../plot/source';
+import type { Api } from '../api/client';
+import type { Preview } from '../api/curves-answer';
+import type { Metrics } from '../api/types';
+import { type Checked, copiedLanes } from './copied-lanes';
+import { binsOf, ofVariant, placesOf, runOf, sameRun, sourceOf } from './run-request';
+import type { Question } from './whatif.svelte';
+
+/** What the page cannot run, and why: the server does. */
+export class Obstacle extends Error {}
+
+/** The latest run, whose samples the workers have. */
+interface Latest {
+  question: Question;
+  inputs: Inputs;
+  runs: readonly { run: Run; result: RunResult }[];
+}
+
+/** Inputs by the keys that the server knows them by. */
+interface Known extends Inputs {
+  keys: Lanes['keys'];
+}
+
+export class PageKernel {
+  private crew: Promise<Crew> | null = null;
+  private inputs: Known | null = null;
+  private checked: Checked | null = null;
+  private latest: Latest | null = null;
+
+  constructor(private readonly open = Crew.open) {}
+
+  /**
+   * Runs a question; curves of a stretch of time, or of the window, in so many bins at most.
+   *
+   * @throws Obstacle where the server has to run it, ApiError where the server refuses it
+   */
+  async run(
+    api: Pick<Api, 'whatifLanes'>,
+    question: Question,
+    range: Range | null,
+    points: number,
+    signal: AbortSignal,
+  ): Promise<Preview> {
+    const crew = await this.crewOf();
+    if (question.columns.some(isMath)) throw new Obstacle('math channels are computed there');
+    const copied = this.checked && copiedLanes(this.checked, question, range);
+    const { lanes, inputs } = copied ?? (await this.check(api, crew, question, range, signal));
+    const variants = Object.keys(lanes.windows[0]?.variants ?? {});
+    const places = placesOf(question.columns, variants);
+    const bins = binsOf(lanes, range, points);
+    const runs = variants.map((name, i) => runOf(lanes, name, i, places, bins));
+    const results = await this.runs(crew, inputs, runs);
+    this.latest = {
+      question,
+      inputs,
+      runs: runs.map((run, i) => ({ run, result: results[i] as RunResult })),
+    };
+    const { how, first, ticks, period } = lanes;
+    const curves = results.map((each) => each.curves);
+    return {
+      result: resultOf(lanes, results) as unknown as Metrics,
+      how,
+      begin: first * period,
+      duration: ticks * period,
+      period,
+      source: sourceOf(places, curves, bins, period),
+    };
+  }
+
+  /** Has the server check a question, and takes the inputs that are new. */
+  private async check(
+    api: Pick<Api, 'whatifLanes'>,
+    crew: Crew,
+    question: Question,
+    range: Range | null,
+    signal: AbortSignal,
+  ): Promise<Checked> {
+    const { scenario, set } = question;
+    const stretch = range ? { start: range.from, end: range.to } : {};
+    const known = this.inputs?.keys ?? { inputs: '', tables: '' };
+    const buffer = await api.whatifLanes({ scenario, set, ...stretch, ...known }, signal);
+    const lanes = readLanes(buffer);
+    if ('obstacle' in lanes) throw new Obstacle(lanes.obstacle);
+    if (lanes.result.model !== crew.about.model) {
+      throw new Obstacle('this page has the kernel of another version');
+    }
+    const inputs = (this.inputs = this.inputsOf(lanes));
+    this.checked = { question, lanes: { ...lanes, inputs: null, tables: null }, inputs };
+    return this.checked;
+  }
+
+  /** Reads every sample of a stretch, in bins, of a question that was the last to run; else null. */
+  async curves(
+    question: Question,
+    columns: readonly string[],
+    range: Range,
+    points: number,
+  ): Promise<StillSource | null> {
+    const { latest, crew } = this;
+    if (!crew || latest?.question !== question || columns.some(isMath)) return null;
+    const { inputs, runs } = latest;
+    const variants = runs.map(({ run }) => run.variant);
+    const places = placesOf(columns, variants);
+    const bins = binsOf({ ...inputs, windows: [] }, range, points);
+    const requests = variants.map((variant, i): Request => {
+      return { kind: 'curves', variant, columns: ofVariant(places, i), bins };
+    });
+    const curves = (await this.all<Curve[]>(await crew, inputs, requests)) as Curve[][];
+    return this.latest === latest ? sourceOf(places, curves, bins, inputs.period) : null;
+  }
+
+  /** Runs variants; one that a change leaves alone keeps its run. */
+  private async runs(crew: Crew, inputs: Inputs, runs: readonly Run[]): Promise<RunResult[]> {
+    const before = runs.map((run, i) => {
+      const last = this.latest?.inputs === inputs ? this.latest.runs[i] : undefined;
+      return last && sameRun(last.run, run) ? last.result : null;
+    });
+    const requests = runs.map((run, i): Request | null =>
+      before[i] ? null : { kind: 'run', run },
+    );
+    this.latest = null;
+    const results = await this.all<RunResult>(crew, inputs, requests);
+    return results.map((result, i) => (result ?? before[i]) as RunResult);
+  }
+
+  private async all<T extends RunResult | Curve[]>(
+    crew: Crew,
+    inputs: Inputs,
+    requests: readonly (Request | null)[],
+  ): Promise<(T | null)[]> {
+    try {
+      return await crew.each<T>(inputs, requests);
+    } catch (error) {
+      this.latest = null;
+      throw new Obstacle(error instanceof Error ? error.message : String(error));
+    }
+  }
+
+  private async crewOf(): Promise<Crew> {
+    try {
+      return await (this.crew ??= this.open());
+    } catch (error) {
+      throw new Obstacle(error instanceof Error ? error.message : String(error));
+    }
+  }
+
+  /** The inputs of an answer, or those that are known. */
+  private inputsOf({ keys, rows, references, first, stop, period, ...numbers }: Lanes): Known {
+    const before = this.inputs;
+    const same = before?.keys.inputs === keys.inputs ? before : null;
+    const inputs = numbers.inputs ?? same?.numbers;
+    const tables = numbers.tables ?? before?.tables;
+    if (!inputs || !tables) throw new Obstacle('the inputs are missing');
+    if (same && before?.keys.tables === keys.tables) return same;
+    const shared = same ?? { rows, references, first, stop, period };
+    return { ...shared, keys, key: `${keys.inputs} ${keys.tables}`, numbers: inputs, tables };
+  }
+}

@@ -1,0 +1,55 @@
+/** A small answer to POST /whatif/lanes, for tests. */
+
+import type { Lanes } from './lanes';
+
+/** Two variants, two epochs and two rows of parameters; the numbers count up. */
+export function exampleLanes(): Lanes {
+  const count = (size: number) => Float64Array.from({ length: size }, (_, i) => i);
+  const variant = { label: '', law: 'off', enabled: false, notes: ['as planned'] };
+  return {
+    result: { scenario: 'example', model: 'abc' },
+    how: 'whole',
+    period: 0.5,
+    ticks: 10,
+    first: 0,
+    stop: 10,
+    epochs: [0, 6],
+    tabled: [false, false],
+    keys: { inputs: 'i', tables: 't' },
+    rows: [['p_ref', 'x']],
+    references: { position_reference: 'p_ref' },
+    moving: ['x'],
+    windows: [
+      { start: 2, end: 10, settling_band: 1, holds: {}, variants: { A: variant, B: variant } },
+    ],
+    segments: [0],
+    ratios: ['itae'],
+    copies: { gain: { variant: 1, axis: 'y', row: 1, minimum: 0, maximum: 100 } },
+    lanes: count(16),
+    state: count(4),
+    inputs: count(10),
+    tables: new Float64Array(),
+  };
+}
+
+/** The same, as it comes from the server. */
+export function packedLanes({ lanes, state, inputs, tables, ...head }: Lanes): ArrayBuffer {
+  const parts = Object.entries({ lanes, state, inputs, tables }).flatMap(([name, numbers]) =>
+    numbers ? [{ name, numbers }] : [],
+  );
+  let end = 0;
+  const arrays = Object.fromEntries(
+    parts.map(({ name, numbers: { length } }) => {
+      end += length;
+      return [name, { first: end - length, shape: [length] }];
+    }),
+  );
+  const text = JSON.stringify({ ...head, arrays });
+  const bytes = new TextEncoder().encode(text.padEnd(Math.ceil(text.length / 8) * 8));
+  const buffer = new ArrayBuffer(8 + bytes.length + 8 * end);
+  new DataView(buffer).setUint32(0, bytes.length, true);
+  new Uint8Array(buffer, 8).set(bytes);
+  const values = new Float64Array(buffer, 8 + bytes.length);
+  for (const { name, numbers } of parts) values.set(numbers, arrays[name]?.first ?? 0);
+  return buffer;
+}

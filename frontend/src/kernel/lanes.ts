@@ -1,0 +1,82 @@
+/** A what-if as numbers: the server's answer to POST /whatif/lanes. */
+
+export type Axis = 'x' | 'y';
+
+/** Start and end in ticks from the window's start, and the length of the move before, m. */
+export type Hold = readonly [start: number, end: number, move: number];
+
+export interface WindowHead {
+  /** Ticks of the scenario. */
+  start: number;
+  end: number;
+  settling_band: number;
+  holds: Partial<Record<Axis, Hold[]>>;
+  variants: Record<string, { label: string; law: string; enabled: boolean; notes: string[] }>;
+}
+
+interface Place {
+  first: number;
+  shape: number[];
+}
+
+/** A field whose value is a parameter as it is. */
+export interface CopiedField {
+  variant: number;
+  axis: Axis;
+  row: number;
+  minimum: number;
+  maximum: number;
+}
+
+export interface LanesHead {
+  result: Record<string, unknown>;
+  how: 'whole' | 'window';
+  period: number;
+  /** Of the whole scenario. */
+  ticks: number;
+  /** Ticks [first, stop) run. */
+  first: number;
+  stop: number;
+  epochs: number[];
+  tabled: boolean[];
+  keys: { inputs: string; tables: string };
+  rows: [name: string, axis: Axis][];
+  references: Record<string, string>;
+  moving: Axis[];
+  windows: WindowHead[];
+  segments: number[];
+  /** Metrics that are compared. */
+  ratios: string[];
+  copies: Record<string, CopiedField>;
+}
+
+export interface Lanes extends LanesHead {
+  /** (epochs, variants, parameters, 2), and (variants, rows, 2). */
+  lanes: Float64Array;
+  state: Float64Array;
+  /** (rows, ticks), and tables; null where they are known. */
+  inputs: Float64Array | null;
+  tables: Float64Array | null;
+}
+
+export type LanesAnswer = Lanes | { obstacle: string };
+
+/** Reads an answer; arrays are views into it. */
+export function readLanes(buffer: ArrayBuffer): LanesAnswer {
+  const length = new DataView(buffer).getUint32(0, true);
+  const text = new TextDecoder().decode(new Uint8Array(buffer, 8, length));
+  const head = JSON.parse(text) as
+    { obstacle: string } | (LanesHead & { arrays: Record<string, Place> });
+  if ('obstacle' in head) return head;
+  const { arrays, ...rest } = head;
+  const numbers = new Float64Array(buffer, 8 + length);
+  const view = (name: string): Float64Array | null => {
+    const place = arrays[name];
+    if (!place) return null;
+    const size = place.shape.reduce((product, each) => product * each, 1);
+    return numbers.subarray(place.first, place.first + size);
+  };
+  const [lanes, state] = [view('lanes'), view('state')];
+  if (!lanes || !state) throw new Error('lanes or state are missing');
+  return { ...rest, lanes, state, inputs: view('inputs'), tables: view('tables') };
+}

@@ -1,0 +1,106 @@
+"""The kernel in the page: previews while a gain is dragged, and what is left to the server."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from playwright.sync_api import Page, Route, expect
+
+from tests.e2e.actions import API, LONG, MAX, region, set_field
+from tests.e2e.conftest import Server
+
+COUNT = 50e-9
+"""One count of the encoder, m."""
+LISTEN = """
+window.answers = {};
+const Own = window.Worker;
+window.Worker = class extends Own {
+  constructor(...given) {
+    super(...given);
+    this.addEventListener('message', ({ data: { answer } }) => {
+      if (answer?.windows) window.answers[window.answers.A ? 'B' : 'A'] = answer;
+    });
+  }
+};
+"""
+DRAG = """
+async (values) => {
+  const slider = document.querySelector('input[type=range][aria-label="B k_p x"]');
+  for (const share of values) {
+    window.answers.B = undefined;
+    slider.value = String(Number(slider.min) + share * (slider.max - slider.min));
+    slider.dispatchEvent(new Event('input', { bubbles: true }));
+    while (!window.answers.B) await new Promise((resolve) => setTimeout(resolve, 5));
+  }
+  slider.dispatchEvent(new Event('change', { bubbles: true }));
+  return window.answers.B;
+}
+"""
+
+
+def statusbar(page: Page) -> Any:
+    return page.get_by_role("contentinfo").locator("span", has_text="what-if").first
+
+
+def staged(page: Page, server: Server) -> dict[str, Any]:
+    """Return what the server computes of the gain that the page shows."""
+    shown = page.get_by_role("textbox", name="B k_p x, N/mm").input_value()
+    changes = {"variants.B.controller.x.k_p": 1e3 * float(shown)}
+    body = {"scenario": "circle", "set": changes}
+    return page.request.post(f"{server.url}{API}/simulate", data=body).json()
+
+
+@pytest.mark.usefixtures("fresh", "unopened")
+def test_a_dragged_gain_is_previewed_in_the_page(page: Page, server: Server) -> None:
+    page.add_init_script(LISTEN)
+    requests: list[str] = []
+    page.on("request", lambda request: requests.append(request.url.removeprefix(server.url)))
+    page.goto(server.url)
+    page.get_by_text("connected", exact=True).wait_for()
+    expect(page.locator(".badge.exact").first).to_be_visible(timeout=LONG)
+    page.wait_for_function("window.answers.B", timeout=LONG)
+    requests.clear()
+    previewed = page.evaluate(DRAG, [0.3, 0.4, 0.5])
+    expect(statusbar(page)).to_contain_text("page")
+    # One exact result at the end; nothing while the gain moved.
+    expect(page.locator(".badge.exact").first).to_be_visible(timeout=LONG)
+    assert requests.count(f"{API}/whatif") <= 2, requests
+    assert not [each for each in requests if each.endswith("/whatif/lanes")][1:]
+    exact = staged(page, server)["variants"]["B"]
+    assert previewed["diverged"] is exact["diverged"] is None
+    (window,) = previewed["windows"]
+    for axis, metrics in exact["axes"].items():
+        for name in (MAX, "rms_following_error", "max_abs_position_error"):
+            assert abs(window["axes"][axis][name] - metrics[name]) <= COUNT, (axis, name)
+    for name, value in exact["contour"].items():
+        assert abs(window["contour"][name] - value) <= COUNT, name
+
+
+@pytest.mark.usefixtures("fresh", "unopened")
+def test_without_its_module_the_server_previews(
+    page: Page, server: Server, refusals: list[str]
+) -> None:
+    refusals.append("Failed to load resource")
+
+    def blocked(route: Route) -> None:
+        route.abort()
+
+    page.route("**/*.wasm", blocked)
+    page.goto(server.url)
+    page.get_by_text("connected", exact=True).wait_for()
+    with page.expect_request(f"**{API}/whatif"):
+        set_field(page, "B k_p x, N/mm", "312")
+    expect(page.locator(".badge.exact").first).to_be_visible(timeout=LONG)
+    expect(statusbar(page)).to_contain_text("server")
+
+
+def test_a_refused_change_keeps_the_curves(page: Page, refusals: list[str]) -> None:
+    refusals.append("status of 422")
+    expect(page.locator(".badge.exact").first).to_be_visible(timeout=LONG)
+    before = region(page, "Metrics").locator("tr").nth(1).inner_text()
+    set_field(page, "B k_p x, N/mm", "-5")
+    expect(page.locator(".badge.failed").first).to_have_text("not computed", timeout=LONG)
+    assert region(page, "Metrics").locator("tr").nth(1).inner_text() == before
+    set_field(page, "B k_p x, N/mm", "312")
+    expect(page.locator(".badge.exact").first).to_be_visible(timeout=LONG)
