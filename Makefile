@@ -72,14 +72,14 @@ test: $(SETUP_STAMP) $(PAGE) $(HELP) $(KERNELS_STAMP) ## Run the tests (PYTEST_A
 		[ $$code = 5 ] || result=$$code; [ $$code = 5 ] || [ $$code = 0 ]; \
 	}; \
 	run -m "not browser and not realtime" -n $(WORKERS) --dist loadfile --no-loadscope-reorder && \
-	run -m "browser and not realtime" -n $(CORES) --dist loadfile --no-loadscope-reorder $(if $(PYTEST_ARGS),,tests/e2e) && \
+	run -m "browser and not realtime" -n $(CORES) --dist loadfile --no-loadscope-reorder $(if $(PYTEST_ARGS),,tests/e2e tests/targets) && \
 	run -m realtime -n $(CORES) --dist loadfile --no-loadscope-reorder $(if $(PYTEST_ARGS),,tests/drive tests/e2e); \
 	exit $$result
 
-browser: ## Install Debian's Chromium, and what drives it, for the browser tests (as root)
-	@{ command -v chromium-headless-shell && ldconfig -p | grep -q libatomic; } >/dev/null || { \
+browser: ## Install Debian's Chromium and Firefox, for the browser tests (as root)
+	@{ command -v chromium-headless-shell && command -v firefox-esr && ldconfig -p | grep -q libatomic; } >/dev/null || { \
 		apt-get -o Acquire::Retries=5 update -qq && DEBIAN_FRONTEND=noninteractive \
-		apt-get -o Acquire::Retries=5 install -y -qq --no-install-recommends chromium-headless-shell libatomic1; }
+		apt-get -o Acquire::Retries=5 install -y -qq --no-install-recommends chromium-headless-shell firefox-esr libatomic1; }
 
 run: $(SETUP_STAMP) $(PAGE) ## Serve the lab at http://127.0.0.1:8000 (PORT=8001 elsewhere)
 	@test -e $(HELP) || $(MAKE) --no-print-directory docs # every screen links to it

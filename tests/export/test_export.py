@@ -73,6 +73,13 @@ def test_tables_compile_and_agree(tabled: Path) -> None:
         assert parameters.count(f".{field} = {place}.0,") == 2  # x and y read the same
 
 
+def test_lines_fit_a_page(whole: Path, tabled: Path) -> None:
+    sources = [*whole.glob("psrm_*"), *tabled.glob("psrm_[cmp]*")]
+    assert len(sources) == 8
+    for source in sources:
+        assert [line for line in source.read_text().splitlines() if len(line) > 100] == []
+
+
 def test_it_compiles_as_cpp(tabled: Path) -> None:
     sources = [tabled / source for source in SOURCES if source != "check.c"]
     options = ("-x", "c++", "-std=c++20", "-Wall", "-Wextra", "-Wpedantic", "-fsyntax-only")

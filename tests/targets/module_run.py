@@ -6,6 +6,7 @@ import functools
 import json
 import subprocess
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -61,7 +62,7 @@ class Memory:
         return at
 
     def result(self, array: Array) -> int:
-        """Place an array that `run` overwrites by what is there after the calls."""
+        """Place an array that is overwritten by what is there after the calls."""
         at = self.put(array)
         self._results.append((at, array))
         return at
@@ -71,37 +72,42 @@ class Memory:
         self._calls.append((name, *parameters))
 
     def run(self) -> list[float]:
-        """Make the calls in a new instance; return the processor time of each, s."""
-        with tempfile.TemporaryDirectory() as folder:
-            file = Path(folder) / "kernel.wasm"
-            file.write_bytes(module())
-            job = {
-                "module": str(file),
-                "pages": -(-self._top // _PAGE),
-                "arrays": [_written(Path(folder), i, *each) for i, each in enumerate(self._arrays)],
-                "calls": self._calls,
-                "results": [
-                    {"file": f"{folder}/result{i}", "at": at, "size": array.nbytes}
-                    for i, (at, array) in enumerate(self._results)
-                ],
-            }
-            (Path(folder) / "job.json").write_text(json.dumps(job))
+        """Make the calls in a new instance under node; return the processor time of each, s."""
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            self.write_job(folder)
             script = Path(__file__).with_name("run_module.mjs")
-            node = (ROOT / "frontend" / "npm", "exec", "--", "node")
-            command = (*node, script, f"{folder}/job.json")
+            command = (ROOT / "frontend" / "npm", "exec", "--", "node", script, folder)
             done = subprocess.run(command, capture_output=True, text=True, check=False)
             assert done.returncode == 0, done.stderr
-            for i, (_, array) in enumerate(self._results):
-                array[...] = np.fromfile(f"{folder}/result{i}", array.dtype).reshape(array.shape)
+            self.take([(folder / f"result{i}").read_bytes() for i in range(len(self._results))])
         return json.loads(done.stdout.splitlines()[-1])
+
+    def write_job(self, folder: Path) -> None:
+        """Write the module, the calls and the arrays as files for module_job.mjs."""
+        (folder / "kernel.wasm").write_bytes(module())
+        for number, (_, array) in enumerate(self._arrays):
+            array.tofile(folder / f"array{number}")
+        job = {
+            "module": "kernel.wasm",
+            "pages": -(-self._top // _PAGE),
+            "arrays": [
+                {"file": f"array{number}", "at": at} for number, (at, _) in enumerate(self._arrays)
+            ],
+            "calls": self._calls,
+            "results": [
+                {"file": f"result{number}", "at": at, "size": array.nbytes}
+                for number, (at, array) in enumerate(self._results)
+            ],
+        }
+        (folder / "job.json").write_text(json.dumps(job))
+
+    def take(self, results: Sequence[bytes]) -> None:
+        """Overwrite the arrays of `result` by what the calls left."""
+        for (_, array), content in zip(self._results, results, strict=True):
+            array[...] = np.frombuffer(content, array.dtype).reshape(array.shape)
 
     def _room(self, size: int) -> int:
         at = self._top
         self._top += -(-size // _ALIGN) * _ALIGN
         return at
-
-
-def _written(folder: Path, number: int, at: int, array: Array) -> dict[str, Any]:
-    file = folder / f"array{number}"
-    array.tofile(file)
-    return {"file": str(file), "at": at}

@@ -1,23 +1,15 @@
-// node run_module.mjs JOB: instantiate a module, fill its memory, call its functions, write results.
+// node run_module.mjs FOLDER: carry out the job in a folder, and write its results there.
 // Prints the processor time of each call, in seconds.
 
 import { readFileSync, writeFileSync } from 'node:fs';
+import { carryOut } from './module_job.mjs';
 
-const job = JSON.parse(readFileSync(process.argv[2], 'utf8'));
-const memory = new WebAssembly.Memory({ initial: job.pages });
-const module = new WebAssembly.Module(readFileSync(job.module));
-const { exports } = new WebAssembly.Instance(module, { env: { memory } });
-for (const { file, at } of job.arrays) {
-  const bytes = readFileSync(file);
-  new Uint8Array(memory.buffer, at, bytes.length).set(bytes);
-}
-const seconds = job.calls.map(([name, ...parameters]) => {
-  const before = process.cpuUsage();
-  exports[name](...parameters);
-  const { user, system } = process.cpuUsage(before);
+const folder = process.argv[2];
+const read = (name) => readFileSync(`${folder}/${name}`);
+const job = JSON.parse(read('job.json'));
+const { seconds, results } = await carryOut(job, read, () => {
+  const { user, system } = process.cpuUsage();
   return 1e-6 * (user + system);
 });
-for (const { file, at, size } of job.results) {
-  writeFileSync(file, new Uint8Array(memory.buffer, at, size));
-}
+results.forEach((bytes, index) => writeFileSync(`${folder}/${job.results[index].file}`, bytes));
 console.log(JSON.stringify(seconds));

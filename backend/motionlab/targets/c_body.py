@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
+from motionlab.targets.c_comments import comment
 from motionlab.targets.c_expression import INDENT, WIDTH, ExpressionPrinter, call_lines
 from motionlab.targets.c_function import LiveFunction, safe
 from motionlab.targets.record_statements import (
@@ -73,7 +74,7 @@ class Body:
         texts = [
             self._comments.pop(each) for each in range(start, line + 1) if each in self._comments
         ]
-        above = [f"{indent}/* {' '.join(texts)} */"] if texts else []
+        above = comment(" ".join(texts), indent)
         return ([""] if blank and since and not first else []) + above
 
     def _beside(self, line: int, made: list[str], indent: str) -> list[str]:
@@ -84,7 +85,7 @@ class Body:
         beside = f"{made[-1]} /* {text} */"
         if len(made) == 1 and len(beside) <= WIDTH:
             return [beside]
-        return [f"{indent}/* {text} */", *made]
+        return [*comment(text, indent), *made]
 
     def _statement(self, statement: Statement, indent: str) -> list[str]:
         match statement:

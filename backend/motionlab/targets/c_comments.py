@@ -9,8 +9,15 @@ from motionlab.targets.c_expression import WIDTH
 
 _UNDERLINE = re.compile(r"\n[^\n]*\n-{3,}\n")
 _ROLE = re.compile(r":\w+:`~?([^`]*)`")
-_WORDS = {"each lane": "each axis", "a lane": "an axis", "the lane's": "the axis's"}
+_WORDS = {"each lane": "each axis", "a lane": "an axis", "the lane": "the axis"}
 """A lane of an exported program is one axis of its motor."""
+
+
+def in_words_of_c(text: str) -> str:
+    """Return a comment of a lane function as one of a function of an axis."""
+    for word, other in _WORDS.items():
+        text = text.replace(word, other)
+    return text
 
 
 def comment(text: str, indent: str = "") -> list[str]:
@@ -25,8 +32,7 @@ def comment(text: str, indent: str = "") -> list[str]:
         .replace("::\n", ":\n")
         .replace("*/", "* /")
     )
-    for word, other in _WORDS.items():
-        text = text.replace(word, other)
+    text = in_words_of_c(text)
     lines = text.splitlines()
     if len(lines) == 1 and len(indent) + len(lines[0]) + 6 <= WIDTH:
         return [f"{indent}/* {lines[0]} */"]

@@ -132,7 +132,7 @@ class ExpressionPrinter:
                 ]
             case Call():
                 name, arguments = self._call(value)
-                return call_lines(name, [self.argument(each) for each in arguments], column)
+                return call_lines(name, [self.argument(each) for each in arguments], column, tail)
             case Library(name, (operand,)):
                 inside = self.lines(operand, column + len(name) + 1, tail + 1)
                 return _closed(f"{name}(", inside)
@@ -208,14 +208,15 @@ class ExpressionPrinter:
         return "->" if self._is_pointer(base) else "."
 
 
-def call_lines(name: str, arguments: Sequence[str], column: int) -> list[str]:
-    """Return a call that begins at a column as lines, with room for a semicolon."""
+def call_lines(name: str, arguments: Sequence[str], column: int, tail: int = 1) -> list[str]:
+    """Return a call that begins at a column as lines, with room for a tail."""
     lines = [f"{name}("]
     pad = " " * (column + len(name) + 1)
     for place, argument in enumerate(arguments):
         text = argument + (", " if place < len(arguments) - 1 else ")")
         start = column if len(lines) == 1 else 0
-        if place and start + len(lines[-1]) + len(text) > WIDTH:
+        end = tail if place == len(arguments) - 1 else -1  # a line may end with a comma
+        if place and start + len(lines[-1]) + len(text) + end > WIDTH:
             lines[-1] = lines[-1].rstrip()
             lines.append(pad + text)
         else:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, get_type_hints
 
-from motionlab.targets.c_comments import comment
+from motionlab.targets.c_comments import comment, in_words_of_c
 from motionlab.targets.c_expression import INDENT, WIDTH
 from motionlab.targets.c_function import LiveFunction
 from motionlab.targets.c_liveness import Liveness
@@ -81,7 +81,8 @@ class Types:
         for name in self.fields(kind):
             plain = "bool" if "Mask" in str(kind.__annotations__[name]) else "double"
             type_name = self.name(inner[name]) if name in inner else plain
-            members.append((f"{INDENT}{type_name} {name};", comments.get(name, "")))
+            about = in_words_of_c(comments.get(name, ""))
+            members.append((f"{INDENT}{type_name} {name};", about))
         yield from comment(kind.__doc__ or "")
         yield "typedef struct {"
         width = max((len(member) for member, about in members if about), default=0)

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.targets.c_expression import INDENT, number
+from motionlab.targets.c_comments import in_words_of_c
+from motionlab.targets.c_expression import INDENT, WIDTH, number
 from motionlab.targets.c_program import Program
 from motionlab.targets.record_source import field_comments
 
@@ -27,9 +28,11 @@ def initial_values(program: Program, value: Any, indent: str) -> Iterator[str]:
             yield from initial_values(program, each, indent + INDENT)
             yield f"{indent}}},"
         else:
-            about = [comments.get(name, ""), "none" if math.isinf(each) else ""]
+            about = [in_words_of_c(comments.get(name, "")), "none" if math.isinf(each) else ""]
             text = "; ".join(part for part in about if part)
-            yield f"{indent}.{name} = {number(each)}," + (f" /* {text} */" if text else "")
+            line = f"{indent}.{name} = {number(each)},"
+            beside = f"{line} /* {text} */" if text else line
+            yield from [beside] if len(beside) <= WIDTH else [f"{indent}/* {text} */", line]
 
 
 def array_lines(numbers: NDArray[np.float64], indent: str) -> Iterator[str]:
