@@ -15,7 +15,7 @@ import threading
 from collections.abc import Callable, Iterator
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 from playwright.sync_api import sync_playwright
 from websockets.sync.client import connect
@@ -117,12 +117,6 @@ def _firefox(profile: str) -> Iterator[str]:
 
 
 class _Files(SimpleHTTPRequestHandler):
-    extensions_map: ClassVar[dict[str, str]] = {
-        ".mjs": "text/javascript",
-        ".wasm": "application/wasm",
-        ".html": "text/html",
-    }
-
     def log_message(self, format: str, *args: Any) -> None:
         pass
 

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from motionlab.analysis.contouring import nearest
 from motionlab.config.load import load_scenario
@@ -19,7 +21,6 @@ from motionlab.simulation.result import document
 from motionlab.targets.wasm_compile import description
 from motionlab.targets.wasm_module import module_of
 from motionlab.telemetry.channels import CHANNELS
-from motionlab.telemetry.decimate import extremes
 from tests.paths import ROOT
 from tests.targets import module_run
 from tests.targets.module_run import Memory, module
@@ -43,6 +44,26 @@ SHARING = {
     "variants.B.controller.sharing.law": "force-per-ampere",
 }
 SCHEDULE = {"schedule": [{"time": 1.2345, "set": {"variants.B.controller.x.k_p": 2e5}}]}
+_A = "variants.A.controller"
+_PLANT = "plant.x"
+DRAWN = st.fixed_dictionaries(
+    {
+        f"{_A}.compensation.law": st.sampled_from(
+            ["off", "lugre-observer", "residual-k", "canudas-de-wit", "reversed-k"]
+        ),
+        f"{_A}.compensation.velocity": st.sampled_from(["reference", "measured"]),
+        f"{_A}.sharing.law": st.sampled_from(["least-norm", "sine", "cubic"]),
+        f"{_A}.disturbance_observer.enabled": st.booleans(),
+        f"{_A}.feedforward": st.booleans(),
+        f"{_A}.delay": st.integers(0, 1),
+        f"{_A}.x.k_p": st.floats(1e5, 3e5),
+        f"{_A}.x.k_d": st.floats(800.0, 2000.0),
+        f"{_PLANT}.mass": st.floats(5.0, 7.0),
+        f"{_PLANT}.friction.F_c": st.floats(0.1, 3.0),
+        f"{_PLANT}.friction.sigma_1": st.floats(600.0, 1500.0),
+        "load.x": st.floats(-2.0, 2.0),
+    }
+)
 
 
 def ran(name: str, changes: dict[str, Any]) -> tuple[Any, Any]:
@@ -73,6 +94,15 @@ def test_with_an_exact_encoder_nothing_but_rounding_differs(
         for channel, gap in variant.channels.items():
             assert gap <= SINGLE * variant.scales[channel], channel
         assert max(variant.metrics.values(), default=0.0) <= SINGLE
+
+
+@settings(max_examples=8)
+@given(changes=DRAWN)
+def test_with_drawn_parameters_nothing_but_rounding_differs(changes: dict[str, Any]) -> None:
+    prepared, run = ran("circle", EXACT | changes)
+    for variant in differences(prepared, run.recording).values():
+        for channel, gap in variant.channels.items():
+            assert gap <= SINGLE * variant.scales[channel], channel
 
 
 @pytest.mark.parametrize("name", ["circle", "pentagram", "stair-y-500nm", "trapezoid-y"])
@@ -106,18 +136,18 @@ def test_tallies_and_nearest_points_give_the_metrics() -> None:
 
 
 @pytest.mark.parametrize("ticks", [1, 999, 1000])
-def test_extremes_are_those_of_recordings(ticks: int) -> None:
+def test_extremes_of_bins(ticks: int) -> None:
     size, column = 7, 5
     samples = np.random.default_rng(3).normal(size=(ticks, SAMPLE_ROWS * 2)).astype(np.float32)
-    samples[ticks // 2, column] = np.nan
-    low, high = extremes(np.ascontiguousarray(samples[:, column][None]), size)
-    bins = low.shape[1]
-    of_module = np.zeros((2, bins), dtype=np.float32)
+    samples[ticks // 2, column] = np.nan  # makes its whole bin one
+    bins = [samples[first : first + size, column] for first in range(0, ticks, size)]
+    written = np.zeros((2, len(bins)), dtype=np.float32)
     memory = Memory()
-    at, out = memory.put(samples) + 4 * column, memory.result(of_module)
-    memory.call("extremes", at, size, out, out + 4 * bins, ticks, samples.shape[1], bins)
+    at, low = memory.put(samples) + 4 * column, memory.result(written)
+    high = low + 4 * len(bins)
+    memory.call("extremes", at, size, low, high, ticks, samples.shape[1], len(bins))
     memory.run()
-    np.testing.assert_array_equal(of_module, np.concatenate([low, high]))
+    np.testing.assert_array_equal(written, [[f(each) for each in bins] for f in (np.min, np.max)])
 
 
 def test_two_runs_give_the_same_bytes() -> None:
