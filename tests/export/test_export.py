@@ -11,6 +11,7 @@ import pytest
 from motionlab.cli import main
 from motionlab.export.export import SOURCE
 from tests.export.compilers import SOURCES, STRICT, built, call, compiler
+from tests.paths import ROOT
 
 TABLE = [
     f"--set=variants.B.controller.model.{axis}.force_map={{kind='table', name='new-design'}}"
@@ -71,6 +72,12 @@ def test_tables_compile_and_agree(tabled: Path) -> None:
     parameters = (tabled / "psrm_parameters.c").read_text()
     for field, (place, _) in zip(("thrust", "inverse", "shares"), places, strict=True):
         assert parameters.count(f".{field} = {place}.0,") == 2  # x and y read the same
+
+
+def test_the_function_of_the_documentation_is_there(whole: Path) -> None:
+    page = (ROOT / "docs" / "export-controller.md").read_text()
+    (piece,) = re.findall(r"^```c\n(.*?)^```$", page, re.M | re.S)
+    assert piece in (whole / "psrm_controller.c").read_text()
 
 
 def test_lines_fit_a_page(whole: Path, tabled: Path) -> None:
