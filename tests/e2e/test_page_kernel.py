@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
+import json
+import struct
 from typing import Any
 
 import pytest
@@ -14,11 +17,13 @@ COUNT = 50e-9
 """One count of the encoder, m."""
 LISTEN = """
 window.answers = {};
+window.runs = [];
 const Own = window.Worker;
 window.Worker = class extends Own {
   constructor(...given) {
     super(...given);
     this.addEventListener('message', ({ data: { answer } }) => {
+      if (answer?.windows) window.runs.push(answer.windows);
       if (answer?.windows) window.answers[window.answers.A ? 'B' : 'A'] = answer;
     });
   }
@@ -59,7 +64,7 @@ def test_a_dragged_gain_is_previewed_in_the_page(page: Page, server: Server) -> 
     page.goto(server.url)
     page.get_by_text("connected", exact=True).wait_for()
     expect(page.locator(".badge.exact").first).to_be_visible(timeout=LONG)
-    page.wait_for_function("window.answers.B", timeout=LONG)
+    page.wait_for_function("() => window.answers.B", timeout=LONG)
     requests.clear()
     previewed = page.evaluate(DRAG, [0.3, 0.4, 0.5])
     expect(statusbar(page)).to_contain_text("page")
@@ -75,6 +80,58 @@ def test_a_dragged_gain_is_previewed_in_the_page(page: Page, server: Server) -> 
             assert abs(window["axes"][axis][name] - metrics[name]) <= COUNT, (axis, name)
     for name, value in exact["contour"].items():
         assert abs(window["contour"][name] - value) <= COUNT, name
+
+
+def agree(own: dict[str, Any], exact: dict[str, Any]) -> bool:
+    """Whether the metrics of one variant over one window agree."""
+    pairs = [(own["contour"][name], value) for name, value in exact["contour"].items()]
+    for axis, metrics in exact["axes"].items():
+        pairs += [(own["axes"][axis][name], value) for name, value in metrics.items()]
+    return all(itertools.starmap(nearly, pairs))
+
+
+def read(content: bytes) -> dict[str, Any]:
+    (length,) = struct.unpack_from("<I", content)
+    return json.loads(content[8 : 8 + length])["result"]
+
+
+def nearly(a: float | None, b: float | None) -> bool:
+    """Whether a metric of the page is the server's: to two counts of the encoder, a hundredth."""
+    if a is None or b is None:
+        return a is b
+    return abs(a - b) <= 2 * COUNT + 0.01 * abs(b)
+
+
+@pytest.mark.usefixtures("fresh", "unopened")
+@pytest.mark.parametrize(
+    ("scenario", "changes"),
+    [
+        ("fig5", {"variants.B.controller.x.k_p": 201e3}),  # from a stored state, and with segments
+        ("stair-y-50mm", {}),  # with holds
+        ("rhombus", {}),
+        ("circle", {"plant.force_map": "new-design", "load.noise": 0.5}),
+        ("circle", {"divergence_error": 1e-5}),  # A diverges
+    ],
+)
+def test_every_metric_of_a_preview_is_nearly_the_servers(
+    page: Page, server: Server, scenario: str, changes: dict[str, Any]
+) -> None:
+    body = {"scenario": scenario, "set": changes}
+    session = page.request.post(f"{server.url}{API}/sessions", data=body).json()
+    page.add_init_script(LISTEN)
+    page.goto(f"{server.url}/?session={session['id']}&mode=whatif")
+    page.wait_for_function("() => window.runs.length >= 2", timeout=LONG)
+    expect(statusbar(page)).to_contain_text("page")
+    question = {"scenario": session["scenario"]}
+    exact = read(page.request.post(f"{server.url}{API}/whatif", data=question).body())
+    segments = [each for each in exact["segments"] if each["window"] != exact["window"]]
+    runs = page.evaluate("window.runs.slice(0, 2)")
+    for variant in exact["variants"]:
+        expected = [each["variants"][variant] for each in (exact, *segments)]
+        # Workers answer in any order.
+        assert any(
+            all(map(agree, windows, expected)) for windows in runs if len(windows) == len(expected)
+        ), variant
 
 
 @pytest.mark.usefixtures("fresh", "unopened")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import struct
+from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
 from typing import Any
 
@@ -192,5 +193,7 @@ def test_nobody_waits_for_the_kernel_to_be_compiled() -> None:
         )
     )
     body = WhatIfLanesRequest(scenario="circle", set=K_P)
-    response = asyncio.run(what_if_lanes(request, body))  # pyright: ignore[reportArgumentType]
+    with ThreadPoolExecutor() as thread:  # this one may have a loop of the browser's driver
+        answer = what_if_lanes(request, body)  # pyright: ignore[reportArgumentType]
+        response = thread.submit(asyncio.run, answer).result()
     assert bytes(response.body) == _at_once(body, Settings())
