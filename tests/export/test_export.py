@@ -9,7 +9,9 @@ from pathlib import Path
 import pytest
 
 from motionlab.cli import main
+from motionlab.export import export
 from motionlab.export.export import SOURCE
+from motionlab.targets.record_values import RecordError
 from tests.export.compilers import SOURCES, STRICT, built, call, compiler
 from tests.paths import ROOT
 
@@ -183,3 +185,16 @@ def test_the_vectors_end_where_the_schedule_changes_the_controller(tmp_path: Pat
 def test_only_one_file_includes_the_maths_library() -> None:
     including = [path.name for path in SOURCE.iterdir() if "<math.h>\n" in path.read_text()]
     assert sorted(including) == ["check.c", "psrm_math.h"]
+
+
+def test_a_law_that_is_not_made_of_lanes_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def not_made(*_: object) -> None:
+        raise RecordError("step in a_law: lanes are used as true or false")
+
+    monkeypatch.setattr(export, "controller_code", not_made)
+    arguments = ["export-controller", "circle", "-o", str(tmp_path / "new"), "--seconds", "0.01"]
+    assert main(arguments) == 2
+    loc = "variants.A.controller.compensation.law"
+    assert f"{loc}: cannot be written as C: step in a_law: lanes" in capsys.readouterr().err

@@ -12,11 +12,12 @@ import tomli_w
 from motionlab import __version__
 from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError, FieldError
-from motionlab.export.controller_code import controller_code
+from motionlab.export.controller_code import ControllerCode, controller_code
 from motionlab.export.vectors import simulated_vectors, vector_file
 from motionlab.files import failure, replace
 from motionlab.lanes import model_hash
 from motionlab.simulation.prepare import prepare
+from motionlab.targets.record_values import RecordError
 from motionlab.timing import CONTROL_PERIOD
 
 SOURCE = Path(__file__).with_name("source")
@@ -72,7 +73,8 @@ def export_controller(
     Raises
     ------
     ConfigError
-        If there is no such variant, the folder holds something else, or the vectors are empty.
+        If there is no such variant, the folder holds something else, the vectors are empty, or the
+        law cannot be recorded.
     Infeasible
         If the motor cannot follow the trajectory.
     StoreError
@@ -88,7 +90,7 @@ def export_controller(
     if not len(vectors):
         raise ConfigError(FieldError(f"variants.{variant}", "diverges in its first period"))
     toml = tomli_w.dumps(scenario.model_dump(mode="json", exclude_none=True)).encode()
-    code = controller_code(scenario, variant)
+    code = _code(scenario, variant)
     facts = {
         "scenario": scenario.name,
         "variant": variant,
@@ -114,6 +116,15 @@ def export_controller(
     except OSError as error:
         raise failure(f"{folder}: cannot be written", error) from error
     return Export(tuple(sorted(files)), facts["hash"], len(vectors))
+
+
+def _code(scenario: Scenario, variant: str) -> ControllerCode:
+    try:
+        return controller_code(scenario, variant)
+    except RecordError as error:
+        law = scenario.variants[variant].controller.compensation.law
+        loc = f"variants.{variant}.controller.compensation.law"
+        raise ConfigError(FieldError(loc, f"cannot be written as C: {error}", law)) from error
 
 
 def _check_variant(scenario: Scenario, variant: str) -> None:
