@@ -15,7 +15,7 @@ class Spring(NamedTuple):
 
     stiffness: Lanes  # N/m
     damping: Lanes  # N s/m
-    unread: Lanes  # by anybody
+    unread: Lanes  # anywhere
 
 
 class Mass(NamedTuple):
@@ -30,6 +30,7 @@ class Report(NamedTuple):
     """What is put out."""
 
     largest: Lanes  # m
+    default: Lanes  # a word of C
     swapped: Lanes
     far: Mask  # beyond 1 m
 
@@ -45,6 +46,12 @@ def both(x: Lanes, y: Lanes) -> tuple[Lanes, Lanes]:
     """Return the smaller and the larger one."""
     low = select(x < y, x, y)
     return low, x + y - low
+
+
+@compiled
+def round(x: Lanes) -> Lanes:
+    """Return `x`: not what C's function of this name does."""
+    return x + 0.0
 
 
 @compiled
@@ -74,7 +81,8 @@ def swing(spring: Spring, s: Mass, kick: Lanes, kind: float) -> tuple[Mass, Repo
     root = square_root(abs(low * high))
     if kind == 1.0:
         root = round_down(root)
-    report = Report(select(highest > root, highest, root), a - b, (abs(old) > 1.0) & ~(b > 2.0))
+    largest = round(select(highest > root, highest, root))
+    report = Report(largest, b, a - b, (abs(old) > 1.0) & ~(b > 2.0))
     return mass, report
 
 
@@ -82,3 +90,9 @@ def swing(spring: Spring, s: Mass, kick: Lanes, kind: float) -> tuple[Mass, Repo
 def branching(x: Lanes) -> Lanes:
     """Return nothing of use."""
     return 1.0 if x > 0.0 else x
+
+
+@compiled
+def remainder(x: Lanes) -> Lanes:
+    """Return what lanes do not compute."""
+    return x % 2.0

@@ -19,7 +19,7 @@ from tests.targets.lane_functions import Mass, Report, Spring, branching, swing
 
 HEAD = "#include <math.h>\n#include <stdbool.h>\n#include <stdint.h>\n"
 WRAPPER = """
-void run(const double in[5], double out[5])
+void run(const double in[5], double out[6])
 {
     const psrm_spring spring = {.stiffness = in[0], .damping = in[1]};
     const psrm_mass start = {.p = in[2], .v = in[3]};
@@ -31,6 +31,7 @@ void run(const double in[5], double out[5])
     out[2] = report.largest;
     out[3] = report.swapped;
     out[4] = report.far ? 1.0 : 0.0;
+    out[5] = report.default_;
 }
 """
 NUMBERS = list(itertools.product((3.0, 0.5), (0.25,), (-1.5, 2.0), (0.0, 4.0), (1.0, -0.75)))
@@ -61,9 +62,11 @@ def test_c_computes_what_python_does(kind: float, tmp_path: Path) -> None:
     for numbers in NUMBERS:
         k, d, p, v, kick = numbers
         mass, report = swing(Spring(k, d, 0.0), Mass(p, v, 0.0), kick, kind)
-        out = (ctypes.c_double * 5)()
+        out = (ctypes.c_double * 6)()
         run((ctypes.c_double * 5)(*numbers), out)
-        assert list(out) == [float(each) for each in (mass.p, mass.v, *report)], numbers
+        largest, default, swapped, far = report
+        expected = (mass.p, mass.v, largest, swapped, far, default)
+        assert list(out) == [float(each) for each in expected], numbers
 
 
 def test_what_nobody_reads_is_not_there() -> None:
@@ -83,7 +86,7 @@ def test_names_comments_and_loops_of_the_source_are_there() -> None:
         "/* kept while its variable changes */",
         "/* Return -(k p + d v), N. */\nstatic double force(const psrm_spring *spring,",
         "    double stiffness; /* N/m */\n",
-        "    bool far;       /* beyond 1 m */\n",
+        "    bool far;        /* beyond 1 m */\n",
         "mass.v)); /* by its old velocity */\n",
         "double_ * HALF",
     ):
@@ -93,6 +96,12 @@ def test_names_comments_and_loops_of_the_source_are_there() -> None:
 def test_a_branch_on_lanes_is_refused() -> None:
     with pytest.raises(RecordError, match=r"^branching in tests.targets.lane_functions: lanes are"):
         Recorder().record(branching, {"x": 0.0})
+
+
+def test_what_lanes_cannot_do_is_refused() -> None:
+    message = r"^remainder in tests.targets.lane_functions: unsupported operand"
+    with pytest.raises(RecordError, match=message):
+        Recorder().record(functions.remainder, {"x": 0.0})
 
 
 def test_a_value_from_before_a_loop_needs_a_name_of_its_own(tmp_path: Path) -> None:

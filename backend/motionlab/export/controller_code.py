@@ -25,6 +25,7 @@ from motionlab.plant.table_map import THRUST_TERMS
 from motionlab.targets.c_expression import INDENT
 from motionlab.targets.c_program import Program
 from motionlab.targets.c_values import initial_values
+from motionlab.targets.c_words import safe
 from motionlab.targets.record import Recorder
 from motionlab.targets.record_statements import RecordedFunction
 from motionlab.targets.record_values import Constant
@@ -145,9 +146,9 @@ def _reset_lines(program: Program, kind: Any, path: str) -> Iterator[str]:
     hints = get_type_hints(kind)
     for name in program.fields(kind):
         if hasattr(hints[name], "_fields"):
-            yield from _reset_lines(program, hints[name], f"{path}{name}.")
+            yield from _reset_lines(program, hints[name], f"{path}{safe(name)}.")
         else:
-            yield f"{path}{name} = 0.0;"
+            yield f"{path}{safe(name)} = 0.0;"
 
 
 def _value_lines(program: Program, lanes: Mapping[str, Parameters]) -> Iterator[str]:

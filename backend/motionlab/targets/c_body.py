@@ -7,7 +7,8 @@ from typing import Any
 
 from motionlab.targets.c_comments import comment
 from motionlab.targets.c_expression import INDENT, WIDTH, ExpressionPrinter, call_lines
-from motionlab.targets.c_function import LiveFunction, safe
+from motionlab.targets.c_function import LiveFunction
+from motionlab.targets.c_words import safe
 from motionlab.targets.record_statements import (
     Assignment,
     CallStatement,
@@ -131,20 +132,23 @@ class Body:
 
     def _structure(self, head: str, value: Structure, indent: str) -> list[str]:
         fields = self._function.fields(value)
-        flat = f"{head}{self._flat(value)};"
         nested = any(isinstance(each, Structure) for each in fields.values())
-        if len(flat) <= WIDTH and len(fields) <= 3 and not nested:
-            return [flat]
+        if len(fields) <= 3 and not nested:
+            flat = f"{head}{self._flat(value)};"
+            if len(flat) <= WIDTH:
+                return [flat]
         return [f"{head}{{", *self._fields(value, indent + INDENT), f"{indent}}};"]
 
     def _flat(self, value: Structure) -> str:
-        fields = self._function.fields(value)
-        inside = ", ".join(f".{n} = {self._printer.value(each)}" for n, each in fields.items())
-        return f"{{{inside}}}"
+        parts = (
+            f".{safe(name)} = {self._printer.value(each)}"
+            for name, each in self._function.fields(value).items()
+        )
+        return f"{{{', '.join(parts)}}}"
 
     def _fields(self, value: Structure, indent: str) -> Iterator[str]:
         for name, each in self._function.fields(value).items():
-            head = f"{indent}.{name} = "
+            head = f"{indent}.{safe(name)} = "
             if isinstance(each, Structure) and self._function.hoisted(each) is None:
                 yield f"{head}{{"
                 yield from self._fields(each, indent + INDENT)
@@ -208,9 +212,9 @@ class Body:
     def _members(self, path: str, value: Structure, indent: str) -> Iterator[str]:
         for name, each in self._function.fields(value).items():
             if isinstance(each, Structure) and self._function.hoisted(each) is None:
-                yield from self._members(f"{path}{name}.", each, indent)
+                yield from self._members(f"{path}{safe(name)}.", each, indent)
             else:
-                yield from self._filled(f"{path}{name} = ", each, indent)
+                yield from self._filled(f"{path}{safe(name)} = ", each, indent)
 
     def _fresh(self, label: str) -> str:
         name, number = label, 2

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
+from motionlab.targets.c_words import safe
 from motionlab.targets.record_values import (
     Call,
     Choice,
@@ -16,7 +17,6 @@ from motionlab.targets.record_values import (
     Member,
     Operation,
     Read,
-    Structure,
     Variable,
 )
 
@@ -68,7 +68,7 @@ class ExpressionPrinter:
             case Constant():
                 return self._constant(value) if value.name else number(value.value)
             case Member(base, name):
-                return f"{self.text(base)}{self._arrow(base)}{name}"
+                return f"{self.text(base)}{self._arrow(base)}{safe(name)}"
             case Element(base, place):
                 return f"{self.text(base)}[{place}]"
             case Four(tables, first):
@@ -90,9 +90,6 @@ class ExpressionPrinter:
             case Choice(condition, yes, no):
                 parts = (self._inner(condition), self._branch(yes), self._branch(no))
                 return "{} ? {} : {}".format(*parts)
-            case Structure(_, fields):
-                inside = ", ".join(f".{name} = {self.value(each)}" for name, each in fields.items())
-                return f"{{{inside}}}"
             case _:
                 raise TypeError(f"{value!r} cannot be printed")
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from motionlab.targets.c_liveness import Liveness
 from motionlab.targets.c_variables import Repeated, copy_moving_aliases, separate_old_values
+from motionlab.targets.c_words import safe
 from motionlab.targets.record_statements import (
     Assignment,
     CallStatement,
@@ -27,25 +28,6 @@ from motionlab.targets.record_values import (
     Variable,
     operands_of,
 )
-
-_RESERVED = frozenset(
-    """
-    auto break case char const continue default do double else enum extern float for goto if inline
-    int long register restrict return short signed sizeof static struct switch typedef union
-    unsigned void volatile while
-    and and_eq asm bitand bitor bool catch class compl const_cast constexpr decltype delete
-    dynamic_cast explicit export false friend mutable namespace new noexcept not not_eq nullptr
-    operator or or_eq private protected public reinterpret_cast static_cast template this throw true
-    try typeid typename using virtual wchar_t xor xor_eq
-    fabs sqrt floor rint exp sin cos power_of_two near far
-    """.split()
-)
-"""Words of C and C++, and of the target's library, that a variable may not have."""
-
-
-def safe(name: str) -> str:
-    """Return a name that C allows."""
-    return f"{name}_" if name in _RESERVED else name
 
 
 class LiveFunction:

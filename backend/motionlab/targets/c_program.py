@@ -9,9 +9,10 @@ from typing import Any, NamedTuple
 from motionlab.targets.c_body import Body
 from motionlab.targets.c_comments import comment, heading
 from motionlab.targets.c_expression import WIDTH, ExpressionPrinter, call_lines, number
-from motionlab.targets.c_function import LiveFunction, safe
+from motionlab.targets.c_function import LiveFunction
 from motionlab.targets.c_liveness import Liveness
 from motionlab.targets.c_types import Types
+from motionlab.targets.c_words import safe
 from motionlab.targets.record_source import (
     constant_comment,
     constant_origin,
@@ -120,7 +121,7 @@ class Program:
         recordings = Counter(each.source.code for each in kept)
         names: dict[RecordedFunction, str] = {}
         for each in kept:
-            name = self._entries.get(each) or each.source.name.lstrip("_")
+            name = safe(self._entries.get(each) or each.source.name.lstrip("_"))
             if recordings[each.source.code] > 1 and each not in self._entries:
                 name += self._ending(each)
             if name in taken[each] or name in names.values():

@@ -9,6 +9,7 @@ from motionlab.targets.c_comments import comment, in_words_of_c
 from motionlab.targets.c_expression import INDENT, WIDTH
 from motionlab.targets.c_function import LiveFunction
 from motionlab.targets.c_liveness import Liveness
+from motionlab.targets.c_words import safe
 from motionlab.targets.record_source import field_comments
 from motionlab.targets.record_statements import Assignment, walk
 from motionlab.targets.record_structures import snake
@@ -82,7 +83,7 @@ class Types:
             plain = "bool" if "Mask" in str(kind.__annotations__[name]) else "double"
             type_name = self.name(inner[name]) if name in inner else plain
             about = in_words_of_c(comments.get(name, ""))
-            members.append((f"{INDENT}{type_name} {name};", about))
+            members.append((f"{INDENT}{type_name} {safe(name)};", about))
         yield from comment(kind.__doc__ or "")
         yield "typedef struct {"
         width = max((len(member) for member, about in members if about), default=0)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from motionlab.targets.c_comments import in_words_of_c
 from motionlab.targets.c_expression import INDENT, WIDTH, number
 from motionlab.targets.c_program import Program
+from motionlab.targets.c_words import safe
 from motionlab.targets.record_source import field_comments
 
 _IN_A_LINE = 4
@@ -24,13 +25,13 @@ def initial_values(program: Program, value: Any, indent: str) -> Iterator[str]:
     for name in program.fields(kind):
         each = getattr(value, name)
         if isinstance(each, tuple):
-            yield f"{indent}.{name} = {{"
+            yield f"{indent}.{safe(name)} = {{"
             yield from initial_values(program, each, indent + INDENT)
             yield f"{indent}}},"
         else:
             about = [in_words_of_c(comments.get(name, "")), "none" if math.isinf(each) else ""]
             text = "; ".join(part for part in about if part)
-            line = f"{indent}.{name} = {number(each)},"
+            line = f"{indent}.{safe(name)} = {number(each)},"
             beside = f"{line} /* {text} */" if text else line
             yield from [beside] if len(beside) <= WIDTH else [f"{indent}/* {text} */", line]
 

@@ -38,6 +38,7 @@ from motionlab.targets.record_values import (
     Call,
     Constant,
     Expression,
+    LocatedError,
     Member,
     Read,
     RecordError,
@@ -112,9 +113,10 @@ class Recorder:
         try:
             exec(source.code, names)  # the function's own source, with hooks
             names[source.name](**values)
-        except RecordError as error:
-            where = f"{source.name} in {source.module}"
-            raise error if " in " in str(error) else RecordError(f"{where}: {error}") from error
+        except (RecordError, TypeError, AttributeError) as error:  # what lanes do not have
+            if isinstance(error, LocatedError):
+                raise
+            raise LocatedError(f"{source.name} in {source.module}: {error}") from error
         finally:
             self._frames.pop()
         self.functions[key] = recorded

@@ -31,6 +31,10 @@ class RecordError(Exception):
     """A function does something that lanes cannot, such as a branch on their values."""
 
 
+class LocatedError(RecordError):
+    """The same, with the name of the function and its module."""
+
+
 def _binary(name: str, *, swapped: bool = False) -> Any:
     def operated(self: Any, other: Any) -> Expression:
         return operation(name, other, self) if swapped else operation(name, self, other)
