@@ -7,17 +7,18 @@ import os
 import re
 import tomllib
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 import pytest
 
 from motionlab.cli import main
-from motionlab.config.controller import LAW_PARAMETERS, CompensationConfig, Law
+from motionlab.config.controller import CompensationConfig
 from motionlab.config.load import load_scenario
 from motionlab.config.named_configs import names
 from motionlab.config.template import template
 from motionlab.config.trajectory import KINDS, example
+from motionlab.laws import LAWS
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.run import run
 from tests.paths import ROOT
@@ -60,14 +61,16 @@ def test_a_field_has_unit_range_and_meaning(capsys: pytest.CaptureFixture[str]) 
 
 def test_every_law_is_listed_with_its_parameters(capsys: pytest.CaptureFixture[str]) -> None:
     laws = json.loads(printed(capsys, "laws", "--json"))
-    assert {law["name"] for law in laws} == set(get_args(Law)) == set(LAW_PARAMETERS)
+    assert {law["name"] for law in laws} == set(LAWS)
     text = printed(capsys, "laws")
     for law in laws:
         assert law["description"] in text
-        assert [each["path"] for each in law["parameters"]] == list(LAW_PARAMETERS[law["name"]])
+        assert [each["path"] for each in law["parameters"]] == [
+            each.name for each in LAWS[law["name"]].parameters
+        ]
 
 
-@pytest.mark.parametrize("law", [law for law in get_args(Law) if law != "off"])
+@pytest.mark.parametrize("law", [law for law in LAWS if law != "off"])
 def test_a_law_uses_its_parameters_and_no_other(law: str) -> None:
     """Another value of a parameter changes the run where the law is said to use it, only there."""
     other = {"velocity": "reference", "bristle_limit": 0.01, "gain": 30.0} | {
@@ -87,7 +90,7 @@ def test_a_law_uses_its_parameters_and_no_other(law: str) -> None:
 
     plain = error()
     used = {name for name, value in other.items() if error(**{name: value}) != plain}
-    assert used == set(LAW_PARAMETERS[law])  # pyright: ignore[reportArgumentType]
+    assert used == {each.name for each in LAWS[law].parameters}
 
 
 @pytest.mark.parametrize("base", names("scenarios"))

@@ -9,10 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motionlab.config.controller import residual_gain_limit
 from motionlab.config.load import load_scenario
 from motionlab.errors import ConfigError
 from motionlab.kernel.build import lane
+from motionlab.kernel.law_calls import law_parameters
+from motionlab.laws.residual_k import gain_limit
 from motionlab.loop.linearise import controller_about
 
 B = "variants.B.controller"
@@ -43,7 +44,7 @@ def residual_k(share: float, c: float, **friction: float) -> tuple[dict[str, Any
         changes |= {f"{B}.model.{axis}.friction.{name}": value for axis in "xy"}
     controller = load_scenario("circle-matched", changes).variants["B"].controller
     gain = share * min(
-        residual_gain_limit(getattr(controller.model, axis).friction, c) for axis in "xy"
+        gain_limit(getattr(controller.model, axis).friction.parameters(), c) for axis in "xy"
     )
     return changes | {f"{B}.compensation.gain": gain}, gain
 
@@ -106,6 +107,6 @@ def test_the_gain_that_is_left_out_is_within_its_limit(sigma_1: float) -> None:
     changes, _ = residual_k(1.0, 0.4, sigma_1=sigma_1)
     changes[f"{B}.compensation.gain"] = None
     scenario = load_scenario("circle-matched", changes)
-    gain = lane(scenario, scenario.variants["B"].controller, "y").compensation.gain
+    gain = law_parameters(lane(scenario, scenario.variants["B"].controller, "y")).gain
     assert gain == pytest.approx(40.0 if sigma_1 < 2e4 else 0.9 * 0.8 * 84737.0 / 2e4)
     assert largest_modulus(changes, "y") <= 1.0 + ROUNDING

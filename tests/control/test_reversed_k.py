@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 from motionlab.config.load import load_scenario
-from motionlab.control.compensation import OBSERVER, PUBLISHED, REVERSED
 from motionlab.errors import ConfigError
 from motionlab.kernel.layout import INPUT_ROWS, state_row
 from motionlab.loop.linearise import linearise
@@ -21,7 +20,7 @@ from tests.nominal_motor import CONTROL_PERIOD, POLE_PITCH, Axis, X, Y
 from tests.simulated import SHORT, Played, play
 
 AXES = pytest.mark.parametrize("axis", [X, Y], ids=["x", "y"])
-RAW = {"compensation.residual_alpha": 1.0}
+RAW = {"law.alpha": 1.0}
 RHOMBUS = {"x.k_p": 400e3, "x.k_d": 1480.0, "y.k_p": 501.6e3, "y.k_d": 1570.0}
 TABLE_NUMBER = {"compensation.k_d_share": 1e-3, "compensation.bristle_limit": 1000.0}
 """k_d in N s/mm taken as N s/m, and no bound on the estimate."""
@@ -31,7 +30,7 @@ def bristle_error(axis: Axis, law: float, changes: dict[str, float] | None = Non
     """Return abs(e_z), m, of a mover at rest whose estimate starts 1e-15 m off: it stays linear."""
     lanes = rows([lane(axis, law, IDEAL | (changes or {}))] * 8)
     state = at_rest((0.0, 0.0))
-    state[state_row("memory.z_hat")] = 1e-15
+    state[state_row("law.s_0")] = 1e-15
     samples = run(lanes, state, np.zeros((140, INPUT_ROWS, 2)))
     e_z = channel(samples, "bristle") - channel(samples, "bristle_estimate")
     return np.abs(e_z[:, 0])
@@ -63,7 +62,7 @@ def printed_growth(axis: Axis) -> float:
 @AXES
 def test_the_printed_sign_grows_while_stuck(axis: Axis) -> None:
     # without k_d, eq. (25) is K = (M a - u)/sigma_1
-    found = growth(bristle_error(axis, PUBLISHED, {"controller.k_d": 0.0}))
+    found = growth(bristle_error(axis, "published-k", {"controller.k_d": 0.0}))
     assert found == pytest.approx(printed_growth(axis), rel=0.05)  # u moves a little meanwhile
     at_once = np.sqrt(axis.sigma_0 / (axis.sigma_1 * CONTROL_PERIOD))
     assert 0.7 * at_once < found < at_once  # faster still if the acceleration came at once
@@ -72,9 +71,9 @@ def test_the_printed_sign_grows_while_stuck(axis: Axis) -> None:
 @AXES
 def test_the_reversed_sign_decays_while_stuck(axis: Axis) -> None:
     rate = axis.sigma_0 / (2.0 * axis.sigma_1)
-    assert growth(bristle_error(axis, REVERSED, RAW)) == pytest.approx(-rate, rel=0.02)
-    assert -1.3 * rate < growth(bristle_error(axis, REVERSED)) < -rate  # filtered, at 30 Hz
-    assert growth(bristle_error(axis, OBSERVER)) == pytest.approx(0.0, abs=0.01)
+    assert growth(bristle_error(axis, "reversed-k", RAW)) == pytest.approx(-rate, rel=0.02)
+    assert -1.3 * rate < growth(bristle_error(axis, "reversed-k")) < -rate  # filtered, at 30 Hz
+    assert growth(bristle_error(axis, "lugre-observer")) == pytest.approx(0.0, abs=0.01)
 
 
 @pytest.mark.parametrize("axis", ["x", "y"])

@@ -14,6 +14,7 @@ from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
 from motionlab.export.plant import export_plant
 from motionlab.kernel.build import initial_state, lane_parameters
+from motionlab.kernel.law_calls import laws_of
 from motionlab.kernel.layout import Inputs, state_row
 from motionlab.kernel.tick import control_once
 from motionlab.lanes import WIDTH
@@ -109,7 +110,8 @@ def test_in_a_closed_loop_it_follows_the_simulation_over_the_whole_circle(
     for tick in range(ticks):
         found[tick] = unit.fmu.getFloat64(wanted)
         inputs[0, :3] = asked[tick]
-        control_once(parameters, state, inputs, np.tile(found[tick, -2:], (1, WIDTH // 2)))
+        p_meas = np.tile(found[tick, -2:], (1, WIDTH // 2))
+        control_once(parameters, state, inputs, p_meas, laws_of(parameters))
         state[state_row("age")] += 1.0
         unit.fmu.setFloat64(given, state[acting, lanes].T.ravel().tolist())
         unit.fmu.doStep(tick * CONTROL_PERIOD, CONTROL_PERIOD)

@@ -12,14 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.control.compensation import (
-    CANUDAS_DE_WIT,
-    OBSERVER,
-    OFF,
-    PUBLISHED,
-    RESIDUAL,
-    REVERSED,
-)
 from motionlab.control.notch import sampled_notch
 from motionlab.kernel.layout import INPUT_ROWS, Inputs, Parameters
 from tests.kernel.every_sharing_law import table_lanes
@@ -44,15 +36,15 @@ _NOTCH = sampled_notch(frequency=250.0, damping=0.35, gain=0.1)._asdict()
 _EVERYTHING = {
     "controller.feedforward": 1.0,
     "controller.observer": 1.0,
-    "compensation.from_reference": 1.0,
+    "law.from_reference": 1.0,
 } | {f"notch.{key}": value for key, value in _NOTCH.items()}
 _FOUR = (
-    (RESIDUAL, {"compensation.z_limit": 4e-5} | _EVERYTHING),
-    (CANUDAS_DE_WIT, {"compensation.gain": 300.0, "controller.ideal_force": 1.0}),
-    (OBSERVER, _IMPERFECT | {"mechanics.stop": 0.0148, "mechanics.stop_stiffness": 1e5}),
-    (OFF, {"controller.delay": 1.0, "controller.observer": 1.0, "controller.k_d": 400.0}),
+    ("residual-k", {"law.z_limit": 4e-5} | _EVERYTHING),
+    ("canudas-de-wit", {"law.gain": 300.0, "controller.ideal_force": 1.0}),
+    ("lugre-observer", _IMPERFECT | {"mechanics.stop": 0.0148, "mechanics.stop_stiffness": 1e5}),
+    ("off", {"controller.delay": 1.0, "controller.observer": 1.0, "controller.k_d": 400.0}),
 )
-_PUBLISHED_K = {"compensation.z_limit": 3e-5}
+_PUBLISHED_K = {"law.z_limit": 3e-5}
 
 
 def lanes(resolution: float) -> list[Parameters]:
@@ -63,18 +55,18 @@ def lanes(resolution: float) -> list[Parameters]:
 
 def published_lanes() -> list[Parameters]:
     """Return eight lanes with K as published, which is chaotic, on the true scale of z."""
-    return [lane(axis, PUBLISHED, _PUBLISHED_K) for axis in (X, Y)] * 4
+    return [lane(axis, "published-k", _PUBLISHED_K) for axis in (X, Y)] * 4
 
 
 def reversed_lanes() -> list[Parameters]:
     """Return eight lanes with K reversed: plain, with k_d and a bound, delayed, imperfect."""
     four = (
         {},
-        {"compensation.k_d_share": 1e-3, "compensation.z_limit": 3e-5},
+        {"law.k_d_share": 1e-3, "law.z_limit": 3e-5},
         {"controller.delay": 1.0, "controller.observer": 1.0},
         _IMPERFECT,
     )
-    return [lane(axis, REVERSED, changes) for changes in four for axis in (X, Y)]
+    return [lane(axis, "reversed-k", changes) for changes in four for axis in (X, Y)]
 
 
 def ride() -> tuple[Array, Array]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from motionlab.config.controller import SharingConfig, SharingLaw
 from motionlab.config.force_map import TableMapConfig
-from motionlab.control.compensation import OBSERVER
 from motionlab.kernel.force_maps import force_model, law_number, map_lanes
 from motionlab.kernel.layout import Parameters
 from tests.kernel.lane_runs import changed, lane
@@ -32,7 +31,7 @@ def with_law(parameters: Parameters, law: SharingLaw) -> Parameters:
 
 def table_lanes(resolution: float) -> list[Parameters]:
     """Return eight different lanes, none of which is plain; even ones are x, odd ones y."""
-    x, y = (lane(axis, OBSERVER, {"encoder.resolution": resolution}) for axis in (X, Y))
+    x, y = (lane(axis, "lugre-observer", {"encoder.resolution": resolution}) for axis in (X, Y))
     return [
         with_plant(x, NEW),
         with_model(y, NEW, "least-norm"),

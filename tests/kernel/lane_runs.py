@@ -9,16 +9,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.control.compensation import OBSERVER, OFF, Compensation
+from motionlab.control.compensation import Compensation
 from motionlab.control.notch import PASS
 from motionlab.control.position import PositionController
 from motionlab.force_sharing.functions import LEAST_NORM, ForceModel, SharingFunction
+from motionlab.kernel.law_calls import law_number
 from motionlab.kernel.layout import (
     INPUT_ROWS,
     PARAMETER_ROWS,
     SAMPLE_ROWS,
     STATE_ROWS,
     Inputs,
+    LawParameters,
     Limits,
     Parameters,
     column,
@@ -26,6 +28,7 @@ from motionlab.kernel.layout import (
 )
 from motionlab.kernel.tick import H, run_ticks
 from motionlab.lanes import WIDTH
+from motionlab.laws import LAWS
 from motionlab.plant.current import Amplifiers
 from motionlab.plant.encoder import Encoder
 from motionlab.plant.friction import LuGre
@@ -43,17 +46,28 @@ IDEAL: dict[str, Any] = {"controller.ideal_force": 1.0, "encoder.resolution": 0.
 """Changes to a lane: the plant gives any force commanded, the encoder is exact."""
 
 
-def lane(axis: Axis, law: float = OFF, changes: Mapping[str, float] | None = None) -> Parameters:
+_USUAL = {
+    "law.from_reference": 0.0,
+    "law.z_limit": math.inf,
+    "law.gain": 40.0,
+    "law.alpha": nominal_motor.low_pass(30.0),
+    "law.regularisation": 0.4,
+    "law.k_d_share": 0.0,
+}
+
+
+def lane(axis: Axis, law: str = "off", changes: Mapping[str, float] | None = None) -> Parameters:
     """Return the parameters of one axis of the nominal motor.
 
     Parameters
     ----------
     axis : Axis
         Which axis; the controller's model is the same.
-    law : float
-        Value of Compensation.law; any but OFF is also switched on.
+    law : str
+        Name of its law; any but ``off`` is also switched on.
     changes : mapping of str to float, optional
-        Fields to change, such as ``{"encoder.resolution": 0.0}``.
+        Fields to change, such as ``{"encoder.resolution": 0.0}``; ``law.gain`` is one of the
+        law's own.
     """
     friction = LuGre(axis.sigma_0, axis.sigma_1, axis.sigma_2, axis.F_c, axis.F_s, axis.v_s)
     formula = AnalyticMap(
@@ -103,21 +117,16 @@ def lane(axis: Axis, law: float = OFF, changes: Mapping[str, float] | None = Non
             ideal_force=0.0,
         ),
         notch=PASS,
-        compensation=Compensation(
-            law=law,
-            enabled=float(law != OFF),
-            from_reference=0.0,
-            gain=40.0,
-            residual_alpha=nominal_motor.low_pass(30.0),
-            regularisation=0.4,
-            z_limit=math.inf,
-            k_d_share=0.0,
-        ),
+        compensation=Compensation(law_number(law), float(LAWS[law].adds)),
         model_friction=friction,
         force_model=ForceModel(force_map, sharing),
         limits=Limits(error=0.02),
+        law=LawParameters(*[0.0] * len(LawParameters._fields)),
     )
-    return changed(parameters, changes or {})
+    own = [f"law.{name}" for name in LAWS[law].Parameters._fields]
+    rows = {f"law.p_{k}": _USUAL[name] for k, name in enumerate(own)}
+    rows |= {f"law.p_{own.index(k)}" if k in own else k: v for k, v in (changes or {}).items()}
+    return changed(parameters, rows)
 
 
 def changed(record: Any, changes: Mapping[str, float]) -> Any:
@@ -133,7 +142,7 @@ def off_and_observer(
     x: Axis, y: Axis, changes: Mapping[str, float] | None = None
 ) -> list[Parameters]:
     """Return eight lanes: A (off) and B (observer) on both axes, twice."""
-    pair = [lane(axis, law, changes) for law in (OFF, OBSERVER) for axis in (x, y)]
+    pair = [lane(axis, law, changes) for law in ("off", "lugre-observer") for axis in (x, y)]
     return pair * 2
 
 

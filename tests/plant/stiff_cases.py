@@ -6,7 +6,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from motionlab.control.compensation import OBSERVER, OFF, RESIDUAL, REVERSED
 from motionlab.kernel.layout import Inputs, Parameters
 from motionlab.kernel.tick import H
 from motionlab.plant.resonance import sampled
@@ -14,7 +13,12 @@ from tests.kernel.lane_runs import Array, at_rest, inputs, lane, positions, rows
 from tests.nominal_motor import Axis, X, Y
 from tests.plant.stiff_reference import Loop, Mode, Phases
 
-LAWS = {"off": OFF, "observer": OBSERVER, "residual": RESIDUAL, "reversed": REVERSED}
+LAWS = {
+    "off": "off",
+    "observer": "lugre-observer",
+    "residual": "residual-k",
+    "reversed": "reversed-k",
+}
 MODE = Mode(frequency=150.0, damping=0.02, coupling=-0.05)
 # Of configs/motors/matched.toml and as-measured.toml.
 FRICTION = ({"F_s": 3.7251, "v_s": 0.022079}, {"F_s": 3.0052, "v_s": 0.0095793})
@@ -97,7 +101,7 @@ def _lane(case: Case, axis: Axis, index: int) -> Parameters:
         "controller.ideal_force": float(not case.phases),
     }
     if case.law in {"residual", "reversed"}:
-        changes["compensation.z_limit"] = 1.2 * axis.F_s / axis.sigma_0
+        changes["law.z_limit"] = 1.2 * axis.F_s / axis.sigma_0
     if case.matched:
         changes |= {f"friction.{name}": value for name, value in FRICTION[index].items()}
         changes |= {"force_map.formula.F_pk": PEAK, "force_map.formula.h_3": THIRD}

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from motionlab.analysis.metrics import holds_within
 from motionlab.config.load import load_scenario
 from motionlab.config.planar import AXES
+from motionlab.kernel.law_calls import laws_of
 from motionlab.kernel.layout import INPUT_ROWS, SAMPLE_ROWS, Inputs
 from motionlab.kernel.tick import run_lanes
 from motionlab.lanes import WIDTH, model_hash
@@ -68,7 +69,8 @@ def replayed(head: dict[str, Any], arrays: dict[str, Array]) -> NDArray[np.float
         for lanes, start, end in zip(arrays["lanes"], starts, ends, strict=True):
             part = slice(start - first, end - first)
             parameters = np.tile(lanes[variant], WIDTH // 2)
-            run_lanes(parameters, state, inputs[part], samples[variant, part], tables)
+            laws = laws_of(parameters)
+            run_lanes(parameters, state, inputs[part], samples[variant, part], tables, laws)
     return samples[..., : len(AXES)].transpose(0, 2, 3, 1)
 
 

@@ -153,19 +153,21 @@ def _text(value: Any) -> str:
 
 
 def _laws(options: argparse.Namespace) -> int:
-    from motionlab.config.controller import LAW_PARAMETERS, LAWS, CompensationConfig
+    from motionlab.config.controller import CompensationConfig
     from motionlab.config.fields import values_of
+    from motionlab.laws import LAWS
     from motionlab.reports.tables import table
 
     of = {each.path: each for each in values_of(CompensationConfig())}
     laws = [
         {
-            "name": law["value"],
-            "title": law["label"],
-            "description": law["description"],
-            "parameters": [of[name]._asdict() for name in LAW_PARAMETERS[law["value"]]],
+            "name": law.name,
+            "title": law.label,
+            "description": law.description,
+            "source": law.source,
+            "parameters": [of[each.name]._asdict() for each in law.parameters],
         }
-        for law in LAWS["choices"]
+        for law in LAWS.values()
     ]
     if options.json:
         print(json.dumps(laws, allow_nan=False))

@@ -2,37 +2,24 @@
 
 from __future__ import annotations
 
-import math
-from typing import Literal
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, create_model
 
 from motionlab.config.force_map import AnyForceMapConfig
 from motionlab.config.plant import FrictionConfig
 from motionlab.config.quantity import OURS, PAPER, Config, Text, choices, quantity
+from motionlab.laws import LAWS, PARAMETERS, Parameter
+from motionlab.laws.law import Refusal
 
-Law = Literal["off", "lugre-observer", "published-k", "residual-k", "canudas-de-wit", "reversed-k"]
+if TYPE_CHECKING:
+    Law = str
+else:
+    Law = Literal[tuple(LAWS)]
+"""Name of a law of friction compensation; `motionlab.laws`."""
+
 SharingLaw = Literal["least-norm", "force-per-ampere", "sine", "cubic"]
-
-LAWS = choices(
-    ("off", "no compensation", "No friction is compensated; the observer runs all the same"),
-    ("lugre-observer", "LuGre observer, K = 0", "The LuGre model driven by the velocity alone"),
-    ("residual-k", "K from the residual", "K from the filtered residual of the force balance"),
-    ("canudas-de-wit", "Canudas de Wit", "K in proportion to the following error, 1995"),
-    ("reversed-k", "K, sign reversed", "Eq. (25) with the opposite sign and a filtered balance"),
-    ("published-k", "K as published", "Eq. (25) as printed, which does not work in discrete time"),
-)
-"""Laws of friction compensation, with their names on the screen; motionlab.control.compensation."""
-
-LAW_PARAMETERS: dict[Law, tuple[str, ...]] = {
-    "off": (),
-    "lugre-observer": ("velocity", "bristle_limit"),
-    "residual-k": ("velocity", "bristle_limit", "gain", "residual_bandwidth", "regularisation"),
-    "canudas-de-wit": ("velocity", "bristle_limit", "gain"),
-    "reversed-k": ("velocity", "bristle_limit", "residual_bandwidth", "k_d_share"),
-    "published-k": ("velocity", "bristle_limit"),
-}
-"""Fields of `CompensationConfig` that each law uses, beside ``enabled``."""
 
 SHARINGS = choices(
     ("least-norm", "least norm", "In proportion to the square of what each phase can give"),
@@ -126,93 +113,57 @@ class ModelConfig(Config):
     y: AxisModelConfig
 
 
-class CompensationConfig(Config):
-    """Friction compensation; the laws are described in motionlab.control.compensation."""
+def _field(parameter: Parameter) -> Any:
+    """Return the type and the declaration of a law's parameter as a field of a config."""
+    each = parameter
+    if each.choices:
+        choice = Field(default=each.default, title=each.label, description=each.description)
+        return Literal[each.choices], choice
+    declared = quantity(
+        each.description,
+        label=each.label,
+        unit=each.unit,
+        source=each.source,
+        default=each.default,
+        ge=each.ge,
+        gt=each.gt,
+        le=each.le,
+        lt=each.lt,
+    )
+    return (float if each.default is not None else float | None), declared
+
+
+class _AnyLaw(Config):
+    """What every law of friction compensation has."""
 
     law: Law = Field(
         default="off",
         description="How the friction estimate is corrected",
-        json_schema_extra=LAWS,
+        json_schema_extra=choices(
+            *((each.name, each.label, each.description) for each in LAWS.values())
+        ),
     )
     enabled: bool = Field(
         title="compensation",
         default=True,
         description="Add the estimate to the command; off, the observer runs all the same",
     )
-    velocity: Literal["measured", "reference"] = Field(
-        default="measured", description="Velocity that drives the observer"
-    )
-    gain: float | None = quantity(
-        "Gain of K; left out: 300/s for canudas-de-wit; for residual-k 40/s, or 0.9 of its limit, "
-        "below which its residual does not feed itself: 2 c sigma_0/sigma_1 of the controller's "
-        "model, 1 + c^2 instead of 2 c from c = 1 on, c being the regularisation",
-        label="gain of K",
-        unit="1/s",
-        source=OURS,
-        default=None,
-        ge=0,
-        le=1e5,
-    )
-    residual_bandwidth: float = quantity(
-        "Bandwidth of the filter of the force balance (residual-k, reversed-k)",
-        unit="Hz",
-        source=OURS,
-        default=30.0,
-        gt=0,
-        le=1000,
-    )
-    regularisation: float = quantity(
-        "What keeps e_z finite where D crosses zero, in units of sigma_0 (residual-k)",
-        unit="1",
-        source=OURS,
-        default=0.4,
-        gt=0,
-        le=10,
-    )
-    bristle_limit: float | None = quantity(
-        "Largest bristle estimate, in units of F_s/sigma_0; left out: 1.2 for residual-k and "
-        "reversed-k, none otherwise",
-        unit="1",
-        source=OURS,
-        default=None,
-        gt=0,
-        le=1000,
-    )
-    k_d_share: float = quantity(
-        "Share of k_d in the denominator of (25) (reversed-k): 0 leaves K = -(M a - u)/sigma_1; "
-        "0.001 takes the number of Table 1, in N s/mm, as N s/m",
-        label="share of k_d",
-        unit="1",
-        source=OURS,
-        default=0.0,
-        ge=0,
-        le=1,
-    )
+
+    def values(self) -> dict[str, Any]:
+        """Return the parameters of all laws, by name."""
+        return {name: getattr(self, name) for name in PARAMETERS}
 
 
-_CANUDAS_DE_WIT_GAIN = 300.0  # 1/s
-_RESIDUAL_GAIN, _OF_LIMIT = 40.0, 0.9  # 1/s; of its limit, 1
+_Declared: Any = create_model(
+    "_Declared",
+    __base__=_AnyLaw,
+    __doc__="Parameters of all laws.",
+    **{each.name: _field(each) for each in PARAMETERS.values()},
+)
 
 
-def residual_gain_limit(friction: FrictionConfig, regularisation: float) -> float:
-    """Return the gain, 1/s, from which on the residual of residual-k feeds itself; inf for none.
-
-    Between two measurements ``r += alpha (gain sigma_1 d/(sigma_0 (d^2 + c^2)) - 1) r``, where
-    ``d = abs(D)/sigma_0`` falls from 1 at rest to 0 with velocity: largest at d = c, or at rest.
-    """
-    if not friction.enabled or friction.sigma_1 == 0.0:
-        return math.inf
-    c = regularisation
-    return (2.0 * c if c < 1.0 else 1.0 + c * c) * friction.sigma_0 / friction.sigma_1
-
-
-def gain_of_K(config: CompensationConfig, model: FrictionConfig) -> float:
-    """Return the gain of K on an axis, 1/s."""
-    if config.gain is not None:
-        return config.gain
-    if config.law == "canudas-de-wit":
-        return _CANUDAS_DE_WIT_GAIN
-    return min(_RESIDUAL_GAIN, _OF_LIMIT * residual_gain_limit(model, config.regularisation))
+class CompensationConfig(_Declared):
+    """Friction compensation; each law uses the parameters that it declares: `motionlab.laws`."""
 
 
 class DisturbanceObserverConfig(Config):
@@ -296,20 +247,15 @@ class ControllerConfig(Config):
     )
     model: ModelConfig
 
-    def refusal_of_gain(self, gain: float, regularisation: float) -> tuple[str, float] | None:
-        """Return why a gain of residual-k is refused, and its limit, 1/s; None where it is not."""
-        models = {"x": self.model.x.friction, "y": self.model.y.friction}
-        limits = {
-            axis: residual_gain_limit(friction, regularisation) for axis, friction in models.items()
-        }
-        axis = min(limits, key=lambda name: limits[name])
-        if self.compensation.law != "residual-k" or gain < limits[axis]:
-            return None
-        factor = "2 c" if regularisation < 1.0 else "(1 + c^2)"
-        return (
-            f"is unstable on {axis}: the residual feeds itself from {factor} sigma_0/sigma_1 = "
-            f"{limits[axis]:.4g} 1/s on, with sigma_0 = {models[axis].sigma_0:.4g} N/m and "
-            f"sigma_1 = {models[axis].sigma_1:.4g} N s/m of the controller's model and "
-            f"c = {regularisation:g}, its regularisation; lower the gain or raise c",
-            limits[axis],
-        )
+    def refusal(self, changes: Mapping[str, Any] | None = None) -> tuple[str, Refusal] | None:
+        """Return on which axis, and why, the law does not work with its parameters, if so.
+
+        `changes` are values of parameters in place of those of the config, by name.
+        """
+        law, values = LAWS[self.compensation.law], self.compensation.values() | (changes or {})
+        refusals = [
+            (axis, refusal)
+            for axis, model in (("x", self.model.x), ("y", self.model.y))
+            if (refusal := law.refuse(values, model.friction.parameters())) is not None
+        ]
+        return min(refusals, key=lambda each: each[1].limit, default=None)

@@ -20,6 +20,7 @@ from motionlab.config.toml_lines import add_places
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.config.validation_errors import field_errors
 from motionlab.errors import ConfigError, FieldError
+from motionlab.laws import PARAMETERS
 from motionlab.timing import CONTROL_PERIOD, to_ticks
 
 Epochs = tuple[tuple[int, Scenario], ...]
@@ -235,13 +236,13 @@ def _unstable_gains(scenario: Scenario) -> list[FieldError]:
     """Return the gains with which a law is unstable by itself, whatever the loop about it."""
     errors = []
     for name, variant in scenario.variants.items():
-        compensation = variant.controller.compensation
-        if compensation.gain is None:  # chosen within its limit
+        refused = variant.controller.refusal()
+        if refused is None:
             continue
-        refusal = variant.controller.refusal_of_gain(compensation.gain, compensation.regularisation)
-        if refusal is not None:
-            reason, limit = refusal
-            path = f"variants.{name}.controller.compensation.gain"
-            ends = {"minimum": 0.0, "exclusive_maximum": limit}
-            errors.append(FieldError(path, reason, compensation.gain, unit="1/s", bounds=ends))
+        axis, refusal = refused
+        parameter = PARAMETERS[refusal.parameter]
+        path = f"variants.{name}.controller.compensation.{parameter.name}"
+        reason = f"is unstable on {axis}: {refusal.reason}"
+        ends = {"minimum": parameter.ge, "exclusive_maximum": refusal.limit}
+        errors.append(FieldError(path, reason, refusal.value, unit=parameter.unit, bounds=ends))
     return errors

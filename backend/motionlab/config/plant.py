@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from motionlab.config.force_map import AnyForceMapConfig
 from motionlab.config.quantity import OURS, PAPER, Config, Text, quantity
+from motionlab.plant.friction import FRICTIONLESS, LuGre
 from motionlab.timing import PLANT_STEP
 
 _Gain = Annotated[float, Field(ge=0.0, le=2.0)]
@@ -83,6 +84,12 @@ class FrictionConfig(Config):
         if self.F_s < self.F_c:
             raise ValueError(f"F_s = {self.F_s:g} N is below F_c = {self.F_c:g} N")
         return self
+
+    def parameters(self) -> LuGre:
+        """Return the parameters of a lane; none of the friction where it is off."""
+        if not self.enabled:
+            return FRICTIONLESS
+        return LuGre(**self.model_dump(exclude={"enabled"}))
 
 
 class AmplifierConfig(Config):

@@ -28,7 +28,7 @@ _STATES = (
     "pending.estimate",
     "pending.K",
     "memory.d",
-    "memory.z_hat",
+    "law.s_0",  # of the laws that there are: the bristle estimate
     "memory.v_last",
     "memory.e_last",
 )

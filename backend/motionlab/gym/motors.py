@@ -17,6 +17,7 @@ from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError, FieldError
 from motionlab.gym.step import MOTORS, OBSERVED, RING, TURNED, Observed, Weights, advance
 from motionlab.kernel.build import initial_state, mover_parameters
+from motionlab.kernel.law_calls import laws_of
 from motionlab.kernel.layout import INPUT_ROWS, parameter_row, reads_tables
 from motionlab.lanes.bank import TABLES
 from motionlab.simulation.batch import acting, changed, naming
@@ -223,6 +224,7 @@ class Motors:
         block, place = divmod(number, MOTORS)
         lanes = slice(2 * place, 2 * place + 2)
         self._parameters[block, :, lanes] = case.lanes
+        self._laws = laws_of(self._parameters)
         self._state[block, :, lanes] = case.state
         self._clock[number], self._end[number] = 0, self._length(case)
         self._seeds[number], self._running[number] = seed, case
@@ -247,6 +249,7 @@ class Motors:
             self.reward,
             self.over,
             TABLES.values if self._tabled else None,
+            self._laws,
         )
         if events & TURNED:
             page = self._clock // PAGE
@@ -276,6 +279,7 @@ class Motors:
             np.zeros(1),
             np.zeros((1, 2), dtype=np.bool_),
             TABLES.values if self._tabled else None,
+            self._laws,
         )
 
     def _load(self, number: int, page: int) -> None:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from motionlab.control.position import Last, estimate_motion
 from motionlab.kernel.build import LANES_PER_VARIANT
+from motionlab.kernel.law_calls import Laws, enter_laws, leave_laws
 from motionlab.kernel.layout import (
     INPUT_ROWS,
     Inputs,
@@ -153,6 +154,7 @@ def advance(  # noqa: PLR0913, PLR0917 - a tuple of arrays takes longer to pass
     reward: Array,
     over: NDArray[np.bool_],
     tables: Array | None,
+    laws: Laws,
 ) -> int:
     """Advance every motor by some control periods with its action held.
 
@@ -183,6 +185,8 @@ def advance(  # noqa: PLR0913, PLR0917 - a tuple of arrays takes longer to pass
         Overwritten: whether the episode terminated, and whether it was truncated.
     tables : ndarray or None
         As `motionlab.kernel.tick.tick` takes it.
+    laws : Laws
+        `laws_of` the parameters.
     """
     width = unpack(PlantState, state[0], 0).p
     rows, seen = np.zeros((INPUT_ROWS, WIDTH)), np.empty((OBSERVED, WIDTH))
@@ -191,6 +195,7 @@ def advance(  # noqa: PLR0913, PLR0917 - a tuple of arrays takes longer to pass
     events = 0
     mode = flush_subnormals()
     for block in range(parameters.shape[0]):
+        enter_laws(parameters[block], state[block], laws)
         par = groups(parameters[block], width)
         s = read_state(state[block], width)
         _act(actions, weights, block, force, reward)
@@ -200,11 +205,12 @@ def advance(  # noqa: PLR0913, PLR0917 - a tuple of arrays takes longer to pass
         total_squares = unpack(_PerLane, squares, 0, width).value
         for k in range(ticks):
             _gather(inputs, clock, k, block, rows)
-            s, sample = tick(par, s, unpack(Inputs, rows, 0, width), tables, extra)
+            s, sample = tick(par, s, unpack(Inputs, rows, 0, width), tables, laws, extra)
             if k > 0:  # the first error was there before the action
                 error = _capped(sample.following_error, par.limits.error)
                 total_squares = total_squares + error * error
         write_state(s, state[block])
+        leave_laws(state[block], laws)
 
         # observe
         _gather(inputs, clock, ticks, block, rows)

@@ -11,37 +11,28 @@ from numpy.typing import NDArray
 from motionlab.config.controller import (
     CompensationConfig,
     ControllerConfig,
-    Law,
     ModelConfig,
     SharingConfig,
-    gain_of_K,
 )
 from motionlab.config.planar import AXES
 from motionlab.config.plant import (
     AmplifierConfig,
     AxisConfig,
-    FrictionConfig,
     PlantConfig,
     ResonanceConfig,
 )
 from motionlab.config.scenario import Scenario
-from motionlab.control.compensation import (
-    CANUDAS_DE_WIT,
-    OBSERVER,
-    OFF,
-    PUBLISHED,
-    RESIDUAL,
-    REVERSED,
-    Compensation,
-)
+from motionlab.control.compensation import Compensation
 from motionlab.control.notch import sampled_notch
 from motionlab.control.position import PositionController
 from motionlab.force_sharing.functions import ForceModel
 from motionlab.force_sharing.ripple import reachable_over
 from motionlab.kernel.force_maps import force_model, map_lanes
+from motionlab.kernel.law_calls import law_number
 from motionlab.kernel.layout import (
     PARAMETER_ROWS,
     STATE_ROWS,
+    LawParameters,
     Limits,
     Parameters,
     column,
@@ -49,6 +40,7 @@ from motionlab.kernel.layout import (
 )
 from motionlab.lanes import WIDTH
 from motionlab.lanes.bank import TABLES
+from motionlab.laws import LAWS
 from motionlab.plant.current import Amplifiers
 from motionlab.plant.encoder import Encoder
 from motionlab.plant.friction import LuGre, steady_friction
@@ -60,10 +52,6 @@ from motionlab.trajectories.motion_limits import MotionLimits
 LANES_PER_VARIANT = len(AXES)
 VARIANTS_PER_BLOCK = WIDTH // LANES_PER_VARIANT
 
-_FRICTIONLESS = LuGre(sigma_0=1.0, sigma_1=0.0, sigma_2=0.0, F_c=1e-60, F_s=1e-60, v_s=1.0)
-"""A bristle that gives way at 1e-60 N: below the last bit of any force, and no 0/0."""
-
-_BRISTLE_LIMIT = 1.2  # of F_s/sigma_0
 _POSITIONS_PER_PITCH = 361
 
 
@@ -134,7 +122,7 @@ def motion_limits(  # noqa: PLR0913 - what decides, and nothing else
         ranges = [np.minimum(_linear_range(each), force_limit) for each in models]
 
     def friction(axis: int, v: NDArray[np.float64]) -> NDArray[np.float64]:
-        f = friction_of(axes[axis].friction)
+        f = axes[axis].friction.parameters()
         return steady_friction(v, f.F_c, f.F_s, f.v_s, f.sigma_2)
 
     if plant.force == "ideal":
@@ -189,8 +177,10 @@ def lane(scenario: Scenario, controller: ControllerConfig, axis: str) -> Paramet
     """Return the parameter groups of one axis of one variant, as plain numbers."""
     plant: AxisConfig = getattr(scenario.plant, axis)
     model = getattr(controller.model, axis)
+    compensation = controller.compensation
+    enabled = compensation.enabled and LAWS[compensation.law].adds and model.friction.enabled
     return Parameters(
-        friction=friction_of(plant.friction),
+        friction=plant.friction.parameters(),
         force_map=map_lanes(plant.force_map),
         amplifiers=_amplifiers(plant.amplifiers),
         encoder=Encoder(
@@ -207,10 +197,11 @@ def lane(scenario: Scenario, controller: ControllerConfig, axis: str) -> Paramet
         resonance=_resonance(plant.resonance, plant.mass),
         controller=_position_controller(scenario, controller, axis),
         notch=sampled_notch(**getattr(controller, axis).notch.model_dump()),
-        compensation=_compensation(controller.compensation, model.friction),
-        model_friction=friction_of(model.friction),
+        compensation=Compensation(law_number(compensation.law), float(enabled)),
+        model_friction=model.friction.parameters(),
         force_model=force_model(model.force_map, controller.sharing, controller.current_limit),
         limits=Limits(error=scenario.divergence_error),
+        law=_law(compensation, model.friction.parameters()),
     )
 
 
@@ -232,43 +223,10 @@ def _position_controller(
     )
 
 
-def _compensation(config: CompensationConfig, model: FrictionConfig) -> Compensation:
-    limit = config.bristle_limit
-    if limit is None:
-        limit = _BRISTLE_LIMIT if config.law in {"residual-k", "reversed-k"} else math.inf
-    return Compensation(
-        law=_law(config.law),
-        enabled=float(config.enabled and config.law != "off" and model.enabled),
-        from_reference=float(config.velocity == "reference"),
-        gain=gain_of_K(config, model),
-        residual_alpha=_alpha(config.residual_bandwidth),
-        regularisation=config.regularisation,
-        z_limit=limit * model.F_s / model.sigma_0,
-        k_d_share=config.k_d_share,
-    )
-
-
-def _law(law: Law) -> float:
-    match law:
-        case "off":
-            return OFF
-        case "lugre-observer":
-            return OBSERVER
-        case "published-k":
-            return PUBLISHED
-        case "residual-k":
-            return RESIDUAL
-        case "canudas-de-wit":
-            return CANUDAS_DE_WIT
-        case "reversed-k":
-            return REVERSED
-
-
-def friction_of(config: FrictionConfig) -> LuGre:
-    """Return the friction of an axis; none of it where it is off."""
-    if not config.enabled:
-        return _FRICTIONLESS
-    return LuGre(**config.model_dump(exclude={"enabled"}))
+def _law(config: CompensationConfig, model: LuGre) -> LawParameters:
+    law = LAWS[config.law]
+    own = law.lane_parameters(config.values(), model)
+    return LawParameters(*own, *[0.0] * (len(LawParameters._fields) - len(own)))
 
 
 def _amplifiers(config: AmplifierConfig) -> Amplifiers:

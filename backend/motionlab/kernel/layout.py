@@ -13,6 +13,7 @@ from motionlab.control.notch import Notch
 from motionlab.control.position import PositionController
 from motionlab.force_sharing.functions import LEAST_NORM, ForceModel, SharingFunction
 from motionlab.lanes import Lanes, compiled, pack, unpack
+from motionlab.laws.law import PARAMETERS_MOST, STATES_MOST
 from motionlab.plant.current import Amplifiers
 from motionlab.plant.encoder import Encoder
 from motionlab.plant.friction import LuGre
@@ -55,8 +56,6 @@ class ControllerState(NamedTuple):
     p_last: Lanes  # last measured position, m
     v_last: Lanes  # and velocity, m/s
     e_last: Lanes  # last following error, m
-    z_hat: Lanes  # bristle estimate, m
-    residual: Lanes  # filtered force balance, N
     d: Lanes  # disturbance estimate, N
     n_1: Lanes  # state of the notch filter, N
     n_2: Lanes
@@ -75,7 +74,7 @@ class Command(NamedTuple):
 
 
 class State(NamedTuple):
-    """State of a lane between ticks."""
+    """State of a lane between ticks; that of its law lies in rows of its own."""
 
     plant: PlantState
     memory: ControllerState
@@ -83,6 +82,13 @@ class State(NamedTuple):
     pending: Command  # computed but not yet in effect
     age: Lanes  # ticks since the start
     failed: Lanes  # tick at which the lane diverged; -1 while it has not
+
+
+LawParameters = NamedTuple("LawParameters", [(f"p_{k}", Lanes) for k in range(PARAMETERS_MOST)])
+"""Parameters of a lane's law, in the order of its own record."""
+
+LawState = NamedTuple("LawState", [(f"s_{k}", Lanes) for k in range(STATES_MOST)])
+"""State of a lane's law, in the order of its own record."""
 
 
 class _Clock(NamedTuple):
@@ -111,6 +117,7 @@ class Parameters(NamedTuple):
     model_friction: LuGre
     force_model: ForceModel
     limits: Limits
+    law: LawParameters
 
 
 def _paths(record: Any, prefix: str = "") -> Iterator[str]:
@@ -131,7 +138,7 @@ def _first_rows(paths: tuple[str, ...]) -> list[int]:
 PARAMETERS = tuple(_paths(Parameters))
 """The dotted path of each row of an array of lane parameters."""
 PARAMETER_ROWS = len(PARAMETERS)
-STATES = tuple(_paths(State))
+STATES = (*_paths(State), *(f"law.{name}" for name in LawState._fields))
 """The dotted path of each row of an array of states."""
 STATE_ROWS = len(STATES)
 INPUT_ROWS = len(Inputs._fields)
@@ -157,7 +164,7 @@ def column(par: Any) -> list[float]:
     ]
 
 
-_, _MEMORY, _ACTING, _PENDING, _CLOCK = _first_rows(STATES)
+_, _MEMORY, _ACTING, _PENDING, _CLOCK, LAW_STATE = _first_rows(STATES)
 
 
 @compiled
@@ -181,9 +188,10 @@ def write_state(s: State, state: NDArray[np.float64]) -> None:
     pack(s.memory, state[_MEMORY:_ACTING])
     pack(s.acting, state[_ACTING:_PENDING])
     pack(s.pending, state[_PENDING:_CLOCK])
-    pack(_Clock(s.age, s.failed), state[_CLOCK:])
+    pack(_Clock(s.age, s.failed), state[_CLOCK:LAW_STATE])
 
 
+LAW_NUMBER = parameter_row("compensation.law")
 FORCE_LIMIT_ROW = parameter_row("controller.force_limit")
 _TABLED = [
     parameter_row(path)
@@ -201,14 +209,15 @@ _TABLED = [
     _ENCODER,
     _MECHANICS,
     _RESONANCE,
-    _CONTROLLER,
+    CONTROLLER,
     _NOTCH,
     _COMPENSATION,
-    _MODEL_FRICTION,
+    MODEL_FRICTION,
     _MODEL_FORMULA,
     _MODEL_TABLE,
     _SHARING,
     _LIMITS,
+    LAW_PARAMETERS,
 ) = _first_rows(PARAMETERS)
 
 
@@ -225,10 +234,10 @@ def groups(parameters: NDArray[np.float64], width: Lanes) -> Parameters:
         unpack(Encoder, parameters, _ENCODER, width),
         unpack(Mechanics, parameters, _MECHANICS, width),
         unpack(Resonance, parameters, _RESONANCE, width),
-        unpack(PositionController, parameters, _CONTROLLER, width),
+        unpack(PositionController, parameters, CONTROLLER, width),
         unpack(Notch, parameters, _NOTCH, width),
         unpack(Compensation, parameters, _COMPENSATION, width),
-        unpack(LuGre, parameters, _MODEL_FRICTION, width),
+        unpack(LuGre, parameters, MODEL_FRICTION, width),
         ForceModel(
             MotorMap(
                 unpack(AnalyticMap, parameters, _MODEL_FORMULA, width),
@@ -237,6 +246,7 @@ def groups(parameters: NDArray[np.float64], width: Lanes) -> Parameters:
             unpack(SharingFunction, parameters, _SHARING, width),
         ),
         unpack(Limits, parameters, _LIMITS, width),
+        unpack(LawParameters, parameters, LAW_PARAMETERS, width),
     )
 
 

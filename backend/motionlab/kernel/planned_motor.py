@@ -12,7 +12,6 @@ from motionlab.config.controller import ModelConfig
 from motionlab.config.planar import AXES
 from motionlab.config.planned_motor import PlannedAxis, PlannedMotor
 from motionlab.config.plant import PlantConfig
-from motionlab.kernel.build import friction_of
 from motionlab.kernel.force_maps import pole_pitch
 from motionlab.trajectories.motion_limits import MotionLimits
 
@@ -38,7 +37,7 @@ def planned_motor(
     axes = []
     for index, name in enumerate(AXES):
         axis = getattr(plant, name)
-        friction = friction_of(axis.friction)
+        friction = axis.friction.parameters()
         pitches = [pole_pitch(getattr(model, name).force_map) for model, _ in decided]
         limits = [each for _, each in decided]
         backward, forward = (_thrusts(index, sign, limits, pitches) for sign in (-1.0, 1.0))

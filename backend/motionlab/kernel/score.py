@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.kernel.accumulator import MEASURED_ROWS, MeasuredChannels, add_ticks
+from motionlab.kernel.law_calls import Laws, enter_laws, laws_of, leave_laws
 from motionlab.kernel.layout import (
     Inputs,
     PlantState,
@@ -79,11 +80,17 @@ class ScoreWindow(NamedTuple):
 
 
 @compiled
-def _score(
-    width: Lanes, block: Block, inputs: Array, window: ScoreWindow, tables: Array | None
+def _score(  # noqa: PLR0913, PLR0917 - as the tick
+    width: Lanes,
+    block: Block,
+    inputs: Array,
+    window: ScoreWindow,
+    tables: Array | None,
+    laws: Laws,
 ) -> None:
     """Advance as many lanes as `width` has; see `score_ticks`."""
     state, (target, before, tally, errors) = block.state, window
+    enter_laws(block.parameters, state, laws)
     par = groups(block.parameters, width)
     s = read_state(state, width)
     samples = np.empty((CHUNK, MEASURED_ROWS, state.shape[1]), dtype=np.float32)
@@ -92,7 +99,7 @@ def _score(
     for begin in range(0, ticks, CHUNK):
         end = min(begin + CHUNK, ticks)
         for k in range(begin, end):
-            s, sample = tick(par, s, axes_at(Inputs, inputs, k, width), tables, None)
+            s, sample = tick(par, s, axes_at(Inputs, inputs, k, width), tables, laws, None)
             record(measured(sample), samples, k - begin)
         start = max(begin, before)
         stop = min(end, before + target.shape[0])
@@ -106,19 +113,24 @@ def _score(
             break
     restore_mode(mode)
     write_state(s, state)
+    leave_laws(state, laws)
 
 
 # One function for each width: numba keeps no compiled function that closes over another.
 
 
 @cached
-def _score_narrow(block: Block, inputs: Array, window: ScoreWindow, tables: Array | None) -> None:
-    _score(unpack(PlantState, block.state, 0, WIDTH).p, block, inputs, window, tables)
+def _score_narrow(
+    block: Block, inputs: Array, window: ScoreWindow, tables: Array | None, laws: Laws
+) -> None:
+    _score(unpack(PlantState, block.state, 0, WIDTH).p, block, inputs, window, tables, laws)
 
 
 @cached
-def _score_wide(block: Block, inputs: Array, window: ScoreWindow, tables: Array | None) -> None:
-    _score(unpack(PlantState, block.state, 0, WIDE).p, block, inputs, window, tables)
+def _score_wide(
+    block: Block, inputs: Array, window: ScoreWindow, tables: Array | None, laws: Laws
+) -> None:
+    _score(unpack(PlantState, block.state, 0, WIDE).p, block, inputs, window, tables, laws)
 
 
 def score_ticks(block: Block, inputs: Array, window: ScoreWindow) -> None:
@@ -139,17 +151,18 @@ def score_ticks(block: Block, inputs: Array, window: ScoreWindow) -> None:
     parameters, state = block
     score = _score_narrow if parameters.shape[1] == WIDTH else _score_wide
     tabled = reads_tables(parameters)
+    laws = laws_of(parameters)
     if not any(tabled):
-        score(block, inputs, window, None)
+        score(block, inputs, window, None, laws)
         return
     kept = (
         Block(parameters, state.copy()),
         window._replace(tally=window.tally.copy(), errors=np.empty_like(window.errors)),
     )
-    score(block, inputs, window, TABLES.values)
+    score(block, inputs, window, TABLES.values, laws)
     if all(tabled):
         return
-    score(kept[0], inputs, kept[1], None)
+    score(kept[0], inputs, kept[1], None, laws)
     plain = [not lane for lane in tabled]
     for own, other in (
         (state, kept[0].state),

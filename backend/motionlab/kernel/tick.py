@@ -11,16 +11,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.control.compensation import (
-    Balance,
-    Observer,
-    adaptation,
-    estimate_friction,
-    residual_force,
-)
 from motionlab.control.notch import notched
 from motionlab.control.position import Last, disturbance_estimate, estimate_motion, pd_force
 from motionlab.force_sharing.functions import share_by_law
+from motionlab.kernel.law_calls import (
+    Laws,
+    Motion,
+    enter_laws,
+    estimate_friction,
+    laws_of,
+    leave_laws,
+)
 from motionlab.kernel.layout import (
     Command,
     ControllerState,
@@ -70,6 +71,7 @@ class Signals(NamedTuple):
     error: Lanes  # following error, m
     v: Lanes  # velocity by differences of the encoder, m/s
     u: Lanes  # PD force, N
+    z_hat: Lanes  # bristle estimate, m
     d: Lanes  # disturbance estimate, N
     f_command: Lanes  # force command within its limit, N
     limited: Mask  # some phase is at its current limit
@@ -82,16 +84,16 @@ def control(  # noqa: PLR0913, PLR0917 - what a command depends on
     at: Inputs,
     p_meas: Lanes,
     tables: NDArray[np.float64] | None,
+    laws: Laws,
     extra: Lanes | None,
 ) -> tuple[ControllerState, Command, Signals]:
     """Return the controller's half of a period: its next state and its command.
 
     It reads the reference and the encoder, never the machine: of `s` the memory, the command in
-    effect and the age, of `par` the controller's groups. A force `extra`, N, if there is one,
-    is added before the force limit.
+    effect and the age, of `par` the controller's groups. What `laws` hold of the lanes is stepped,
+    too. A force `extra`, N, if there is one, is added before the force limit.
     """
-    controller, law = par.controller, par.compensation
-    observer = Observer(law, par.model_friction)
+    controller = par.controller
     memory, acting = s.memory, s.acting
     first = s.age == 0.0
     last = Last(memory.p_last, memory.v_last, memory.e_last)
@@ -99,16 +101,25 @@ def control(  # noqa: PLR0913, PLR0917 - what a command depends on
 
     # compensate
     u = pd_force(controller, motion)
-    inertia = controller.M * motion.a
-    residual = residual_force(
-        observer, memory.residual, inertia, acting.force - acting.estimate, acting.K
+    estimate = estimate_friction(
+        laws,
+        Motion(
+            p_ref=at.p_ref,
+            v_ref=at.v_ref,
+            a_ref=at.a_ref,
+            p=p_meas,
+            v=motion.v,
+            a=motion.a,
+            error=motion.error,
+            error_rate=motion.error_rate,
+            u=u,
+            f_acting=acting.force,
+            estimate_acting=acting.estimate,
+            K_acting=acting.K,
+            age=s.age,
+        ),
     )
-    residual = select(first, 0.0, residual)
-    v_hat = select(law.from_reference > 0.0, at.v_ref, motion.v)
-    balance = Balance(u, inertia, residual)
-    K = adaptation(observer, motion, v_hat, controller.k_d, balance)
-    estimate = estimate_friction(observer, memory.z_hat, v_hat, K)
-    added = select(law.enabled > 0.0, estimate.force, 0.0)
+    added = select(par.compensation.enabled > 0.0, estimate.force, 0.0)
 
     # control
     d = disturbance_estimate(controller, memory.d, acting.force - acting.added, motion.a)
@@ -126,9 +137,9 @@ def control(  # noqa: PLR0913, PLR0917 - what a command depends on
     realised = select(controller.ideal_force > 0.0, f_command, share.force)
     i = share.current
     return (
-        ControllerState(p_meas, motion.v, motion.error, estimate.z, residual, d, n_1, n_2),
-        Command(realised, estimate.force, added, K, i.a, i.b, i.c),
-        Signals(motion.error, motion.v, u, d, f_command, share.limited),
+        ControllerState(p_meas, motion.v, motion.error, d, n_1, n_2),
+        Command(realised, estimate.force, added, estimate.K, i.a, i.b, i.c),
+        Signals(motion.error, motion.v, u, estimate.z, d, f_command, share.limited),
     )
 
 
@@ -174,8 +185,13 @@ def move(
 
 
 @compiled
-def tick(
-    par: Parameters, s: State, at: Inputs, tables: NDArray[np.float64] | None, extra: Lanes | None
+def tick(  # noqa: PLR0913, PLR0917 - as `control`
+    par: Parameters,
+    s: State,
+    at: Inputs,
+    tables: NDArray[np.float64] | None,
+    laws: Laws,
+    extra: Lanes | None,
 ) -> tuple[State, Sample]:
     """Return the state one control period later, and the sample taken at the period's start.
 
@@ -184,7 +200,7 @@ def tick(
     """
     machine = s.plant
     p_meas = measure(par.encoder, machine.p + machine.y, at.encoder_noise)
-    memory, made, signals = control(par, s, at, p_meas, tables, extra)
+    memory, made, signals = control(par, s, at, p_meas, tables, laws, extra)
     acting = in_effect(par, s.pending, made)
 
     # record
@@ -207,7 +223,7 @@ def tick(
         friction=f_friction,
         friction_estimate=made.estimate,
         bristle=machine.z,
-        bristle_estimate=memory.z_hat,
+        bristle_estimate=signals.z_hat,
         K=made.K,
         disturbance_estimate=signals.d,
         force_command=signals.f_command,
@@ -242,6 +258,7 @@ def control_once(
     state: NDArray[np.float64],
     inputs: NDArray[np.float64],
     p_meas: NDArray[np.float64],
+    laws: Laws,
 ) -> None:
     """Advance the controllers of eight lanes with analytic maps by one period.
 
@@ -253,16 +270,20 @@ def control_once(
         Fields of `Inputs`, of which a controller sees the reference.
     p_meas : ndarray, shape (1, WIDTH)
         Measured positions, m.
+    laws : Laws
+        `laws_of` the parameters.
     """
+    enter_laws(parameters, state, laws)
     width = unpack(PlantState, state, 0).p
     par = groups(parameters, width)
     s = read_state(state, width)
     mode = flush_subnormals()
     measured = unpack(_EncoderSample, p_meas, 0, width).p
-    memory, made, _ = control(par, s, axes_at(Inputs, inputs, 0), measured, None, None)
+    memory, made, _ = control(par, s, axes_at(Inputs, inputs, 0), measured, None, laws, None)
     acting = in_effect(par, s.pending, made)
     restore_mode(mode)
     write_state(State(s.plant, memory, acting, made, s.age, s.failed), state)
+    leave_laws(state, laws)
 
 
 def run_ticks(
@@ -292,33 +313,37 @@ def run_ticks(
         `reads_tables` of `parameters`, for callers with few ticks at a time.
     """
     tabled = reads_tables(parameters) if tabled is None else tabled
+    laws = laws_of(parameters)
     if not any(tabled):
-        run_lanes(parameters, state, inputs, samples, None)
+        run_lanes(parameters, state, inputs, samples, None, laws)
     elif all(tabled):
-        run_lanes(parameters, state, inputs, samples, TABLES.values)
+        run_lanes(parameters, state, inputs, samples, TABLES.values, laws)
     else:
         other_state, other_samples = state.copy(), np.empty_like(samples)
-        run_lanes(parameters, state, inputs, samples, None)
-        run_lanes(parameters, other_state, inputs, other_samples, TABLES.values)
+        run_lanes(parameters, state, inputs, samples, None, laws)
+        run_lanes(parameters, other_state, inputs, other_samples, TABLES.values, laws)
         state[:, tabled] = other_state[:, tabled]
         samples[:, :, tabled] = other_samples[:, :, tabled]
 
 
 @cached
-def run_lanes(
+def run_lanes(  # noqa: PLR0913, PLR0917 - as `tick`
     parameters: NDArray[np.float64],
     state: NDArray[np.float64],
     inputs: NDArray[np.float64],
     samples: NDArray[np.float32],
     tables: NDArray[np.float64] | None,
+    laws: Laws,
 ) -> None:
     """Advance eight lanes as `run_ticks` does; for compiled callers, whose lanes are all alike."""
+    enter_laws(parameters, state, laws)
     width = unpack(PlantState, state, 0).p
     par = groups(parameters, width)
     s = read_state(state, width)
     mode = flush_subnormals()
     for k in range(inputs.shape[0]):
-        s, sample = tick(par, s, axes_at(Inputs, inputs, k), tables, None)
+        s, sample = tick(par, s, axes_at(Inputs, inputs, k), tables, laws, None)
         record(sample, samples, k)
     restore_mode(mode)
     write_state(s, state)
+    leave_laws(state, laws)

@@ -14,6 +14,7 @@ from motionlab.lanes.operations import (
     compiled,
     flush_subnormals,
     load_four,
+    load_vectors,
     pack,
     power_of_two,
     record,
@@ -23,6 +24,7 @@ from motionlab.lanes.operations import (
     round_nearest,
     select,
     square_root,
+    store_vectors,
     unpack,
 )
 from motionlab.lanes.sources import model_hash
@@ -45,6 +47,7 @@ __all__ = [
     "compiled",
     "flush_subnormals",
     "load_four",
+    "load_vectors",
     "model_hash",
     "pack",
     "power_of_two",
@@ -55,5 +58,6 @@ __all__ = [
     "round_nearest",
     "select",
     "square_root",
+    "store_vectors",
     "unpack",
 ]

@@ -101,6 +101,18 @@ def pack(values: Any, array: Any) -> None:
         row[:] = value
 
 
+def load_vectors(record: Any, array: Any, first: Any, width: Any) -> Any:
+    """Return rows `first`, ... of `array`, shape (vectors, rows, WIDTH), as lanes side by side."""
+    rows = array[:, first : first + len(record._fields)]
+    return record(*np.swapaxes(rows, 0, 1).reshape(len(record._fields), -1))
+
+
+def store_vectors(values: Any, array: Any, first: Any) -> None:
+    """Write a named tuple of lanes into rows of `array`, shape (vectors, rows, WIDTH)."""
+    for row, value in enumerate(values):
+        array[:, first + row] = np.reshape(value, (-1, array.shape[2]))
+
+
 def record(values: Any, array: Any, tick: Any) -> None:
     """Write a named tuple of lanes into ``array[tick]``, in the array's own precision."""
     pack(values, array[tick])

@@ -16,11 +16,13 @@ SOURCES = (
     "motor_design/fem/cells.py",
     "force_sharing/*.py",
     "kernel/accumulator.py",
+    "kernel/law_calls.py",
     "kernel/layout.py",
     "kernel/score.py",
     "kernel/tick.py",
     "lanes/*.py",
     "lanes/compiler/*.py",
+    "laws/*.py",
     "plant/*.py",
     "telemetry/channels.py",
 )

@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.changes import apply_changes
-from motionlab.config.controller import LAWS, CompensationConfig
+from motionlab.config.controller import CompensationConfig
 from motionlab.config.load import load_scenario, validate
 from motionlab.config.named_configs import names
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario, VariantConfig
 from motionlab.errors import ConfigError, shown
+from motionlab.laws import LAWS
 from motionlab.library.run import Difference, Event, RunDetail
 from motionlab.library.search import HEADLINE
 from motionlab.telemetry.recording import Recording
@@ -106,9 +107,8 @@ def labels(scenario: Scenario) -> dict[str, str]:
 
 def law_title(compensation: CompensationConfig) -> str:
     """Return what a controller does about friction, as the page names it."""
-    titles = {choice["value"]: choice["label"] for choice in LAWS["choices"]}
     off = compensation.law != "off" and not compensation.enabled
-    return titles[compensation.law] + (", switched off" if off else "")
+    return LAWS[compensation.law].label + (", switched off" if off else "")
 
 
 def headline(result: Mapping[str, Any]) -> dict[str, float]:

@@ -23,17 +23,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.scenario import Scenario
-from motionlab.control.compensation import PUBLISHED, REVERSED
 from motionlab.errors import ConfigError, FieldError
 from motionlab.force_sharing.functions import LEAST_NORM
 from motionlab.kernel.build import lane
 from motionlab.kernel.force_maps import check_maps, force_gain, map_digests
+from motionlab.kernel.law_calls import law_of, laws_of
 from motionlab.kernel.layout import (
     INPUT_ROWS,
     STATE_ROWS,
     Command,
     ControllerState,
     Inputs,
+    LawParameters,
     Parameters,
     column,
     state_row,
@@ -41,6 +42,7 @@ from motionlab.kernel.layout import (
 from motionlab.kernel.tick import control_once
 from motionlab.lanes import WIDTH
 from motionlab.lanes.bank import TABLES
+from motionlab.laws import LAWS
 from motionlab.plant.friction import LuGre, stribeck_fade, stribeck_level
 from motionlab.plant.resonance import natural
 from motionlab.timing import CONTROL_PERIOD, PLANT_STEP
@@ -56,14 +58,15 @@ SLIDING = 4.0
 """Velocity at which limits of stability are looked for, in Stribeck velocities: friction no longer
 falls with velocity, and no sticking stabilises the loop."""
 _COARSE, _FINE, _FURTHEST = 1.2, 1e-4, 1e3
-_STEP = 1e-5
+_STEP, _SHARE = 1e-5, 1e-4
 _STEP_AT_REST = 1e-10
-"""Steps of a velocity by which the controller is differenced, as shares of its scale."""
+"""Steps of a velocity, of a law's state and of a velocity at rest by which the controller is
+differenced, as shares of their scale."""
 _CREEP = 1e-3
 """Rate at which a stuck bristle relaxes, 1/s: a mover may rest anywhere, and no pole lies at 1."""
 
 
-_REMEMBERED = (
+_MEMORY = (
     *(f"memory.{name}" for name in ControllerState._fields if name != "e_last"),
     *(
         f"{when}.{name}"
@@ -72,9 +75,8 @@ _REMEMBERED = (
         if not name.startswith("current_")
     ),
 )
-"""States of the linearised controller, whose force needs no currents; the reference is zero, so the
-last error is a position."""
-_ROWS = [state_row(path) for path in _REMEMBERED]
+"""States of the linearised controller beside those of its law. Its force needs no currents; the
+reference is zero, so the last error is a position."""
 
 
 class NoLinearisation(ConfigError):
@@ -264,23 +266,18 @@ def parameters(scenario: Scenario, variant: str, axis: str) -> Parameters:
         As `linearise`.
     """
     check_maps(scenario)
-    par = lane(scenario, scenario.variants[variant].controller, axis)
-    law = par.compensation
-    if law.enabled and law.law == PUBLISHED:
-        raise _quotient(variant, "law", "published-k")
-    if law.enabled and law.law == REVERSED and law.k_d_share > 0.0:
-        raise _quotient(variant, "k_d_share", law.k_d_share)
-    return par
-
-
-def _quotient(variant: str, field: str, value: object) -> NoLinearisation:
-    return NoLinearisation(
-        FieldError(
-            loc=f"variants.{variant}.controller.compensation.{field}",
-            message="has no linearisation: its K is a quotient that passes through 0/0",
-            value=value,
+    controller = scenario.variants[variant].controller
+    par, compensation = lane(scenario, controller, axis), controller.compensation
+    field = LAWS[compensation.law].quotient(compensation.values())
+    if par.compensation.enabled and field is not None:
+        raise NoLinearisation(
+            FieldError(
+                loc=f"variants.{variant}.controller.compensation.{field}",
+                message="has no linearisation: its K is a quotient that passes through 0/0",
+                value=getattr(compensation, field),
+            )
         )
-    )
+    return par
 
 
 def _loop(par: Parameters, v: float) -> Loop:
@@ -360,12 +357,17 @@ def controller_about(par: Parameters, v: float) -> StateSpace:
     """
     rest = v == 0.0
     model = par.model_friction
+    law = law_of(par)
+    sliding = law.State() if law.sliding is None else law.sliding(model, v)
+    remembered = (*(f"law.s_{k}" for k in range(len(sliding))), *_MEMORY)
+    rows = [state_row(path) for path in remembered]
     # At rest nothing cancels, and abs(v) is no straight line: a step so much smaller.
     speed = _STEP_AT_REST * model.v_s if rest else _STEP * min(model.v_s, abs(v))
-    steps = np.ones(len(_REMEMBERED) + 1)
-    for path, step in (("p_last", speed * T_S), ("v_last", speed), ("z_hat", 1e-9)):
-        steps[_REMEMBERED.index(f"memory.{path}")] = step
+    steps = np.ones(len(remembered) + 1)
+    for path, step in (("p_last", speed * T_S), ("v_last", speed)):
+        steps[remembered.index(f"memory.{path}")] = step
     steps[-1] = speed * T_S
+    steps[: len(sliding)] = [_SHARE * abs(value) or _SHARE for value in sliding]
     numbers = np.array(column(_unbounded(par)))
 
     about = np.zeros(STATE_ROWS)
@@ -374,7 +376,8 @@ def controller_about(par: Parameters, v: float) -> StateSpace:
     about[state_row("memory.p_last")] = -v * T_S
     about[state_row("memory.v_last")] = v
     force = 0.0 if rest else math.copysign(_force(model, v), v)
-    about[state_row("memory.z_hat")] = (force - model.sigma_2 * v) / model.sigma_0
+    for k, value in enumerate(sliding):
+        about[state_row(f"law.s_{k}")] = value
     for when in ("acting", "pending"):
         about[state_row(f"{when}.estimate")] = force
         about[state_row(f"{when}.added")] = force * (par.compensation.enabled > 0.0)
@@ -382,25 +385,28 @@ def controller_about(par: Parameters, v: float) -> StateSpace:
     inputs = np.zeros((1, INPUT_ROWS, 2))
     inputs[0, Inputs._fields.index("v_ref")] = v
 
-    n = len(_REMEMBERED)
+    n = len(remembered)
     probes = np.concatenate([np.diag(steps), -np.diag(steps)])
     blocks = -(-len(probes) // WIDTH)
     probes = np.concatenate([probes, np.zeros((blocks * WIDTH - len(probes), n + 1))])
     states = np.tile(about, (len(probes), 1))
-    states[:, _ROWS] += probes[:, :n]
-    states[:, state_row("memory.e_last")] = -probes[:, _REMEMBERED.index("memory.p_last")]
+    states[:, rows] += probes[:, :n]
+    states[:, state_row("memory.e_last")] = -probes[:, remembered.index("memory.p_last")]
     parameters = np.tile(numbers[:, None], WIDTH)
+    laws = laws_of(parameters)
     after = np.empty_like(states)
     for block in range(blocks):
         lanes = slice(block * WIDTH, (block + 1) * WIDTH)
         state = np.ascontiguousarray(states[lanes].T)
-        control_once(parameters, state, inputs, np.ascontiguousarray(probes[None, lanes, n]))
+        measured = np.ascontiguousarray(probes[None, lanes, n])
+        control_once(parameters, state, inputs, measured, laws)
         after[lanes] = state.T
     change = (after[: n + 1] - after[n + 1 : 2 * (n + 1)]) / (2.0 * steps[:, None])
-    A, B = change[:n, _ROWS].T, change[n, _ROWS].copy()
+    A, B = change[:n, rows].T, change[n, rows].copy()
     if rest:  # a mover may rest anywhere, and no pole lies at 1
-        z_hat = _REMEMBERED.index("memory.z_hat")
-        A[z_hat, z_hat] = math.exp(-_CREEP * T_S)
+        own = np.arange(len(sliding))
+        stays = own[np.isclose(A[own, own], 1.0)]
+        A[stays, stays] = math.exp(-_CREEP * T_S)
     acts = change[:, state_row("acting.force")]
     return StateSpace(np.ascontiguousarray(A), B, -acts[:n], -float(acts[n]))
 
@@ -409,8 +415,14 @@ def _unbounded(par: Parameters) -> Parameters:
     """Return parameters without limits, sharing and tables, which have no linearisation."""
     return par._replace(
         controller=par.controller._replace(force_limit=math.inf, ideal_force=1.0),
-        compensation=par.compensation._replace(z_limit=math.inf),
+        law=_without(par, law_of(par).limits),
         force_model=par.force_model._replace(
             sharing=par.force_model.sharing._replace(law=LEAST_NORM)
         ),
     )
+
+
+def _without(par: Parameters, limits: tuple[str, ...]) -> LawParameters:
+    """Return the parameters of a law without some of them that bound something."""
+    fields = law_of(par).Parameters._fields
+    return par.law._replace(**{f"p_{fields.index(name)}": math.inf for name in limits})

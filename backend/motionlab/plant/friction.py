@@ -21,6 +21,10 @@ class LuGre(NamedTuple):
     v_s: Lanes  # Stribeck velocity, m/s
 
 
+FRICTIONLESS = LuGre(sigma_0=1.0, sigma_1=0.0, sigma_2=0.0, F_c=1e-60, F_s=1e-60, v_s=1.0)
+"""A bristle that gives way at 1e-60 N: below the last bit of any force, and no 0/0."""
+
+
 @compiled
 def stribeck(friction: LuGre, v: Lanes) -> Lanes:
     """Return the steady sliding force ``sigma_0 g(v)`` of eq. (22), N, without viscous friction."""

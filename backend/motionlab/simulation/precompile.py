@@ -13,14 +13,12 @@ from collections.abc import Mapping
 from importlib.util import find_spec
 from pathlib import Path
 
-from numba import float64
-
 from motionlab.config.drawn_path import DrawnPath
 from motionlab.config.load import epochs, load_scenario
 from motionlab.config.planar import AXES
 from motionlab.kernel.build import lane
 from motionlab.kernel.force_maps import force_gain
-from motionlab.kernel.tick import control_once
+from motionlab.kernel.law_calls import all_laws
 from motionlab.lanes import WIDE
 from motionlab.lanes.compiler.cache import cache_folder
 from motionlab.loop.linearise import linearise
@@ -79,8 +77,7 @@ def main() -> int:
     _compile_batches()
     for geometry in _GEOMETRIES:
         prepare(load_scenario("circle", {"trajectory": _TIME_OPTIMAL | {"geometry": geometry}}))
-    table = float64[:, ::1]
-    control_once.compile((table, table, float64[:, :, ::1], table))
+    all_laws()
     rare_use()
     return 0
 

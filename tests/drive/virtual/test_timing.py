@@ -10,6 +10,7 @@ from motionlab.drive.virtual.layout import CLOCK, MAX_CURRENT, MAX_TORQUE, STEPS
 from motionlab.drive.virtual.machine import run_machine
 from motionlab.drive.virtual.segment import Segment
 from motionlab.kernel.build import initial_state, lane_parameters
+from motionlab.kernel.law_calls import laws_of
 from motionlab.kernel.layout import SAMPLE_ROWS, parameter_row, state_row
 from motionlab.kernel.tick import control_once, run_ticks
 from motionlab.lanes import WIDTH
@@ -88,7 +89,7 @@ def test_in_lockstep_it_is_the_simulation_with_a_delay_of_one_period(
         readings[k] = COUNT * bus.read_inputs()["position"][encoders]
         positions[k] = segment.position
         p_meas = np.tile(readings[k], WIDTH // 2)[None]
-        control_once(parameters, state, inputs[k : k + 1], p_meas)
+        control_once(parameters, state, inputs[k : k + 1], p_meas, laws_of(parameters))
         state[state_row("age")] += 1.0
         currents = state[rows, :2].T.ravel()  # a, b, c of x, then of y
         bus.outputs["torque"] = np.rint(currents / (1e-3 * rated))

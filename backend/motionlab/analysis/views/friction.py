@@ -16,7 +16,6 @@ from motionlab.config.plant import FrictionConfig
 from motionlab.config.quantity import si
 from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError, FieldError
-from motionlab.kernel.build import friction_of
 
 Array = NDArray[np.float64]
 
@@ -296,7 +295,7 @@ def _parameters(friction: FrictionConfig | None) -> FrictionParameters | None:
 def _stribeck(friction: FrictionConfig | None, velocities: Array) -> list[float] | None:
     if friction is None or not friction.enabled:
         return None
-    return _rounded(numbers.stribeck_curve(friction_of(friction), velocities))
+    return _rounded(numbers.stribeck_curve(friction.parameters(), velocities))
 
 
 def _curves(drawn: dict[str, Array], picked: NDArray[np.int64]) -> FrictionCurves:

@@ -173,11 +173,11 @@ def _run_controllers(chosen: int, shared: Shared, memory: Memory) -> None:
         for row in range(STATE_ROWS):
             for lane in range(WIDTH):
                 other_state[row, lane] = state[row, lane]
-        run_tabled(parameters, other_state, inputs, other_samples, tables)
+        run_tabled(parameters, other_state, inputs, other_samples, tables, memory.laws)
     if x_tabled and y_tabled:
-        run_tabled(parameters, state, inputs, samples, tables)
+        run_tabled(parameters, state, inputs, samples, tables, memory.laws)
     else:
-        run_plain(parameters, state, inputs, samples, None)
+        run_plain(parameters, state, inputs, samples, None, memory.laws)
     if x_tabled != y_tabled:
         for lane in range(0 if x_tabled else 1, WIDTH, 2):
             for row in range(STATE_ROWS):

@@ -14,6 +14,7 @@ from llvmlite import binding
 from numba.core import cgutils, types
 from numba.extending import intrinsic
 
+from motionlab.kernel.law_calls import all_laws
 from motionlab.kernel.tick import run_lanes
 
 _numba: Any = numba  # whose types do not name all that it exports
@@ -26,7 +27,8 @@ def _kernel(name: str, tables: Any) -> Callable[..., None]:
     if _numba.config.DISABLE_JIT:
         return run_lanes
     compiled: Any = run_lanes
-    taken = (_numbers[:, ::1], _numbers[:, ::1], _numbers[:, :, ::1], _samples[:, :, ::1], tables)
+    arrays = (_numbers[:, ::1], _numbers[:, ::1], _numbers[:, :, ::1], _samples[:, :, ::1], tables)
+    taken = (*arrays, _numba.typeof(all_laws()))
     compiled.compile(taken)
     overload = compiled.overloads[taken]
     address = overload.library.get_pointer_to_function(overload.fndesc.llvm_func_name)
@@ -34,7 +36,9 @@ def _kernel(name: str, tables: Any) -> Callable[..., None]:
     binding.add_symbol(name, address)
 
     @intrinsic
-    def call(_: Any, parameters: Any, state: Any, inputs: Any, samples: Any, tables: Any) -> Any:
+    def call(  # noqa: PLR0913, PLR0917 - as `run_lanes`
+        _: Any, parameters: Any, state: Any, inputs: Any, samples: Any, tables: Any, laws: Any
+    ) -> Any:
         signature = types.void(*taken)
 
         def lower(context: Any, builder: Any, signature: Any, values: Any) -> Any:

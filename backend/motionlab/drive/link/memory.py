@@ -12,6 +12,7 @@ from motionlab.drive.compile_cache import Kept
 from motionlab.drive.libc import part
 from motionlab.drive.link.shared import Figure, Shared, State, Status
 from motionlab.drive.process_data import NODES
+from motionlab.kernel.law_calls import Laws, all_laws
 from motionlab.kernel.layout import INPUT_ROWS, SAMPLE_ROWS, STATE_ROWS
 from motionlab.lanes import WIDTH
 from motionlab.timing import CONTROL_PERIOD
@@ -63,6 +64,7 @@ class Memory(NamedTuple):
     outside: NDArray[np.int64]  # cycles in which the following error was outside its window
     anchor: NDArray[np.float64]  # of a test: where an axis moved last, m
     resting: NDArray[np.int64]  # of a test: ticks since
+    laws: Laws  # of eight lanes
 
 
 class Count(enum.IntEnum):
@@ -99,6 +101,7 @@ def new_memory() -> Memory:
         np.zeros(2, np.int64),
         np.zeros(2),
         np.zeros(2, np.int64),
+        all_laws(),
     )
 
 

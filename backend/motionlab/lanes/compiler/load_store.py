@@ -21,7 +21,16 @@ from motionlab.lanes.compiler.vector import (
     vector_of,
     vectors_in,
 )
-from motionlab.lanes.operations import WIDTH, axes_at, pack, record, recorded, unpack
+from motionlab.lanes.operations import (
+    WIDTH,
+    axes_at,
+    load_vectors,
+    pack,
+    record,
+    recorded,
+    store_vectors,
+    unpack,
+)
 
 _PAIR = ir.VectorType(ir.DoubleType(), 2)
 _ALIGN = 8  # numpy promises no more than the alignment of one double
@@ -151,3 +160,51 @@ def _lower_record(context: Any, builder: Any, sig: Any, args: Any) -> Any:
 def _lower_recorded(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     tick = context.cast(builder, args[2], sig.args[2], types.int64)
     return _load_rows(context, builder, sig, args, builder.mul(tick, _i64(sig.return_type.count)))
+
+
+# -- rows of single vectors -----------------------------------------------------------------------
+
+
+_register_reader(load_vectors)
+
+
+@type_callable(store_vectors)
+def _type_store_vectors(context: Any) -> Any:
+    return lambda values, array, first: types.none
+
+
+def _vector_rows(context: Any, builder: Any, sig: Any, args: Any, lanes: Any) -> Any:
+    """Return a function from row and vector to an address in args[1], from row args[2] on."""
+    array = context.make_array(sig.args[1])(context, builder, args[1])
+    rows = builder.extract_value(array.shape, 1)
+    first = context.cast(builder, args[2], sig.args[2], types.int64)
+    vector = vector_of(ir.DoubleType(), lanes.width)
+
+    def address(row: int, number: int) -> Any:
+        place = builder.add(builder.mul(rows, _i64(number)), builder.add(first, _i64(row)))
+        at = builder.gep(array.data, [builder.mul(place, _i64(vector.count))])
+        return builder.bitcast(at, vector.as_pointer())
+
+    return address, range(vectors_in(lanes.width))
+
+
+@lower_builtin(load_vectors, types.NamedTupleClass, types.Array, types.Integer, types.Any)
+def _lower_load_vectors(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    address, vectors = _vector_rows(context, builder, sig, args, sig.return_type.dtype)
+    values = [
+        join_vectors(builder, [builder.load(address(row, v), align=_ALIGN) for v in vectors])
+        for row in range(sig.return_type.count)
+    ]
+    return context.make_tuple(builder, sig.return_type, values)
+
+
+@lower_builtin(store_vectors, types.NamedUniTuple, types.Array, types.Integer)
+def _lower_store_vectors(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    lanes = sig.args[0].dtype
+    address, vectors = _vector_rows(context, builder, sig, args, lanes)
+    for row in range(sig.args[0].count):
+        value = builder.extract_value(args[0], row)
+        split = split_vectors(context, builder, value, lanes, lanes.width)
+        for v in vectors:
+            builder.store(split[v], address(row, v), align=_ALIGN)
+    return context.get_dummy_value()

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from motionlab.config.controller import ControllerConfig, GainsConfig
 from motionlab.kernel.build import lane
+from motionlab.kernel.law_calls import law_parameters
 from motionlab.loop.family import Figures, LoopFamily
 from motionlab.loop.linearise import NoLinearisation
 from motionlab.studies.tune.documents import Constraints, Metric, TuneRequest, VerdictDocument
@@ -84,8 +85,9 @@ class Group:
         for path in self.fields:
             part, field = path.split(".")
             value = getattr(getattr(controller, part), field)
-            if value is None:  # the gain of K, which then depends on the law
-                value = lane(self.problem.scenario, controller, self.axes[0]).compensation.gain
+            if value is None:  # the law decides
+                par = lane(self.problem.scenario, controller, self.axes[0])
+                value = getattr(law_parameters(par), field)
             numbers[path] = value
         return numbers
 

@@ -23,6 +23,7 @@ from motionlab.config.scenario import Scenario, WindowConfig
 from motionlab.errors import ConfigError, FieldError, Infeasible
 from motionlab.kernel.build import mover_parameters
 from motionlab.kernel.layout import parameter_row
+from motionlab.laws import LAWS
 from motionlab.loop.linearise import SLIDING, linearise, stability_limits
 from motionlab.simulation.batch_runner import BatchRunner, Scores
 from motionlab.simulation.prepare import Prepared, prepare
@@ -343,20 +344,16 @@ def _moving(request: TuneRequest | LandscapeRequest, trials: TrialSetup) -> tupl
 def _refuse_what_has_no_effect(request: TuneRequest, controller: ControllerConfig) -> None:
     """Refuse to search numbers that this controller does not use."""
     law = controller.compensation.law
-    used = {
-        "disturbance_observer.bandwidth": controller.disturbance_observer.enabled,
-        "compensation.gain": law in {"residual-k", "canudas-de-wit"},
-        "compensation.residual_bandwidth": law in {"residual-k", "reversed-k"},
-        "compensation.regularisation": law == "residual-k",
-    }
+    own = {f"compensation.{each.name}" for each in LAWS[law].parameters}
+    observing = controller.disturbance_observer.enabled
     idle = [
         FieldError(
             loc=f"also.{path}",
             message=f"has no effect: the law is {law}, and the "
-            f"disturbance observer is {'on' if controller.disturbance_observer.enabled else 'off'}",
+            f"disturbance observer is {'on' if observing else 'off'}",
         )
         for path in request.also
-        if not used[path]
+        if not (observing if path.startswith("disturbance_observer.") else path in own)
     ]
     if idle:
         raise ConfigError(*idle)
@@ -364,19 +361,21 @@ def _refuse_what_has_no_effect(request: TuneRequest, controller: ControllerConfi
 
 def _refuse_unstable_gains(request: TuneRequest, controller: ControllerConfig) -> None:
     """Refuse a range in which residual-k is unstable by itself."""
-    also, own = {str(path): ends for path, ends in request.also.items()}, controller.compensation
+    also = {str(path): ends for path, ends in request.also.items()}
     searched = [path for path in also if path in {"compensation.gain", _REGULARISATION}]
-    _, gain = also.get("compensation.gain", (0.0, own.gain or 0.0))
-    least, _ = also.get(_REGULARISATION, (own.regularisation, 0.0))
-    refusal = controller.refusal_of_gain(gain, least) if searched else None
-    if refusal is not None:
-        reason, limit = refusal
+    worst = {"compensation.gain": 1, _REGULARISATION: 0}  # end of a range
+    changes = {path.split(".")[1]: also[path][worst[path]] for path in searched}
+    refused = controller.refusal(changes) if searched else None
+    if refused is not None:
+        axis, refusal = refused
+        reason = f"is unstable on {axis}: {refusal.reason}"
         path = searched[0]
         low, high = also[path]
         loc, written = f"also.{path}", f"{low:g} to {high:g}"
         if path == _REGULARISATION:
-            raise ConfigError(FieldError(loc, f"its gain of {gain:g} 1/s {reason}", written))
-        bounds = {"exclusive_maximum": limit}
+            gain = f"its gain of {refusal.value:g} 1/s"
+            raise ConfigError(FieldError(loc, f"{gain} {reason}", written))
+        bounds = {"exclusive_maximum": refusal.limit}
         raise ConfigError(FieldError(loc, reason, written, unit="1/s", bounds=bounds))
 
 

@@ -1,0 +1,301 @@
+"""Calls of laws from the kernel: machine code of their own, at addresses that a table holds.
+
+So a law is compiled once, alone, and the kernel not at all when one is added. What a law reads and
+writes lies in rows of eight lanes; a call writes the lanes that have this law, and no others.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+from llvmlite import ir
+from numba import carray, types
+from numba.extending import intrinsic, overload
+from numpy.typing import NDArray
+
+from motionlab.control.position import PositionController
+from motionlab.kernel.layout import (
+    CONTROLLER,
+    LAW_NUMBER,
+    LAW_PARAMETERS,
+    LAW_STATE,
+    MODEL_FRICTION,
+    LawParameters,
+    LawState,
+    Parameters,
+)
+from motionlab.lanes import (
+    WIDTH,
+    Lanes,
+    compiled,
+    load_vectors,
+    pack,
+    select,
+    store_vectors,
+    unpack,
+)
+from motionlab.laws import LAWS
+from motionlab.laws.law import Estimate, Law, Seen
+from motionlab.plant.friction import LuGre
+
+Array = NDArray[np.float64]
+
+_numba: Any = numba  # whose types do not name all that it exports
+
+
+class Motion(NamedTuple):
+    """The fields of `Seen` that change in every period."""
+
+    p_ref: Lanes
+    v_ref: Lanes
+    a_ref: Lanes
+    p: Lanes
+    v: Lanes
+    a: Lanes
+    error: Lanes
+    error_rate: Lanes
+    u: Lanes
+    f_acting: Lanes
+    estimate_acting: Lanes
+    K_acting: Lanes
+    age: Lanes
+
+
+class _Number(NamedTuple):
+    law: Lanes
+
+
+# -- rows of a call -------------------------------------------------------------------------------
+
+_RECORDS: tuple[Any, ...] = (
+    _Number,
+    LawParameters,
+    PositionController,
+    LuGre,
+    LawState,
+    Motion,
+    Estimate,
+)
+_FIRST = np.cumsum([0, *(len(record._fields) for record in _RECORDS)]).tolist()
+_NUMBER, _PARAMETERS, _CONTROLLER, _FRICTION, _STATE, _MOTION, _ESTIMATE, ROWS = _FIRST
+
+_FROM = np.concatenate(
+    [
+        np.arange(first, first + len(record._fields))
+        for record, first in zip(
+            _RECORDS[:4], (LAW_NUMBER, LAW_PARAMETERS, CONTROLLER, MODEL_FRICTION), strict=True
+        )
+    ]
+)
+"""Row of a parameter array for each row before the state."""
+_STATES = len(LawState._fields)
+
+
+class Laws(NamedTuple):
+    """The laws that lanes side by side may have, and the rows of their calls."""
+
+    addresses: NDArray[np.int64]  # of the machine code of each law, (laws,)
+    used: NDArray[np.int64]  # 1 where a lane has this law; overwritten
+    rows: Array  # (vectors, ROWS, WIDTH); overwritten
+
+
+@compiled
+def enter_laws(parameters: Array, state: Array, laws: Laws) -> None:
+    """Write parameters and state of lanes into the rows of their laws' calls."""
+    used, rows = laws.used, laws.rows
+    used[:] = 0
+    for vector in range(rows.shape[0]):
+        for lane in range(WIDTH):
+            place = vector * WIDTH + lane
+            for row in range(_STATE):
+                rows[vector, row, lane] = parameters[_FROM[row], place]
+            for row in range(_STATES):
+                rows[vector, _STATE + row, lane] = state[LAW_STATE + row, place]
+            used[int(rows[vector, _NUMBER, lane])] = 1
+
+
+@compiled
+def leave_laws(state: Array, laws: Laws) -> None:
+    """Write the state of laws back into the state of their lanes."""
+    rows = laws.rows
+    for vector in range(rows.shape[0]):
+        for lane in range(WIDTH):
+            for row in range(_STATES):
+                state[LAW_STATE + row, vector * WIDTH + lane] = rows[vector, _STATE + row, lane]
+
+
+@compiled
+def estimate_friction(laws: Laws, motion: Motion) -> Estimate:
+    """Return the friction estimate of each lane by its own law, and step the laws' states."""
+    store_vectors(motion, laws.rows, _MOTION)
+    for law in range(laws.addresses.shape[0]):
+        if laws.used[law] != 0:
+            for vector in range(laws.rows.shape[0]):
+                call_law(law, laws.addresses, laws.rows, vector)
+    return load_vectors(Estimate, laws.rows, _ESTIMATE, motion.p)
+
+
+# -- code of a law --------------------------------------------------------------------------------
+
+
+def _chosen(mask: Any, values: Any, others: Any) -> Any:
+    """Return a record with `values` where `mask` holds and `others` elsewhere."""
+    pairs = zip(values, others, strict=True)
+    return type(others)(*(select(mask, value, other) for value, other in pairs))
+
+
+@overload(_chosen, strict=False)
+def _overload_chosen(mask: Any, values: Any, others: Any) -> Any:
+    terms = ", ".join(f"select(mask, values[{k}], others[{k}])" for k in range(len(others)))
+    scope = {"select": select, "record": others.instance_class}
+    exec(f"def chosen(mask, values, others):\n    return record({terms})", scope)
+    return scope["chosen"]
+
+
+def on_rows(number: int, law: Law) -> Callable[[Array], None]:
+    """Return the function that calls a law on the rows of eight lanes, (ROWS, WIDTH)."""
+    step, par_record, state_record = law.step, law.Parameters, law.State
+    stateless = not state_record._fields
+
+    @compiled
+    def seen(rows: Array) -> Seen:
+        m = unpack(Motion, rows, _MOTION)
+        gains = unpack(PositionController, rows, _CONTROLLER)
+        return Seen(
+            p_ref=m.p_ref,
+            v_ref=m.v_ref,
+            a_ref=m.a_ref,
+            p=m.p,
+            v=m.v,
+            a=m.a,
+            error=m.error,
+            error_rate=m.error_rate,
+            u=m.u,
+            f_acting=m.f_acting,
+            estimate_acting=m.estimate_acting,
+            K_acting=m.K_acting,
+            age=m.age,
+            k_p=gains.k_p,
+            k_d=gains.k_d,
+            M=gains.M,
+            friction=unpack(LuGre, rows, _FRICTION),
+        )
+
+    @compiled
+    def call(rows: Array) -> None:
+        par = unpack(par_record, rows, _PARAMETERS)
+        state = unpack(state_record, rows, _STATE)
+        estimate, after = step(par, state, seen(rows))
+        own = unpack(_Number, rows, _NUMBER).law == float(number)
+        before = unpack(Estimate, rows, _ESTIMATE)
+        pack(_chosen(own, estimate, before), rows[_ESTIMATE:ROWS])
+        if not stateless:
+            pack(_chosen(own, after, state), rows[_STATE : _STATE + len(state)])
+
+    return call
+
+
+def _numbered() -> tuple[dict[str, int], list[Law]]:
+    """Return the number of each law, and a law of each number; laws of one step share it."""
+    steps: dict[Any, int] = {}
+    numbers = {law.name: steps.setdefault(law.step, len(steps)) for law in LAWS.values()}
+    return numbers, [next(law for law in LAWS.values() if law.step is step) for step in steps]
+
+
+_NUMBERS, LAWS_BY_NUMBER = _numbered()
+_ADDRESSES = np.zeros(len(LAWS_BY_NUMBER), dtype=np.int64)
+_CODE: dict[int, Any] = {}
+_LOCK = threading.Lock()
+
+
+def law_of(par: Parameters) -> Law:
+    """Return the law of one lane, or one that shares its step."""
+    return LAWS_BY_NUMBER[int(par.compensation.law)]
+
+
+def law_parameters(par: Parameters) -> Any:
+    """Return the parameters of one lane's law as its own record."""
+    record = law_of(par).Parameters
+    return record(*par.law[: len(record._fields)])
+
+
+def law_number(name: str) -> float:
+    """Return the number of a law in the kernel."""
+    return float(_NUMBERS[name])
+
+
+def all_laws() -> Laws:
+    """Return the calls of every law for eight lanes, whose parameters may change to any other."""
+    for number in range(len(LAWS_BY_NUMBER)):
+        _require(number)
+    return _calls(1)
+
+
+def laws_of(parameters: Array) -> Laws:
+    """Return the calls of the laws of lanes, whose code is compiled, or loaded, if it is not there.
+
+    Parameters
+    ----------
+    parameters : ndarray, shape (..., PARAMETER_ROWS, lanes)
+        Parameters of lanes side by side, or of several such blocks.
+    """
+    for number in {int(number) for number in parameters[..., LAW_NUMBER, :].ravel().tolist()}:
+        _require(number)
+    return _calls(parameters.shape[-1] // WIDTH)
+
+
+def _calls(vectors: int) -> Laws:
+    return Laws(_ADDRESSES, np.zeros_like(_ADDRESSES), np.zeros((vectors, ROWS, WIDTH)))
+
+
+def _require(number: int) -> None:
+    with _LOCK:
+        if number not in _CODE:
+            _compile(number)
+
+
+def _compile(number: int) -> None:
+    call = on_rows(number, LAWS_BY_NUMBER[number])
+    if _numba.config.DISABLE_JIT:
+        _CODE[number] = call
+        return
+
+    @_numba.cfunc(types.void(types.CPointer(types.float64)), cache=True, error_model="numpy")
+    def at(pointer: Any) -> None:
+        call(carray(pointer, (ROWS, WIDTH)))
+
+    _CODE[number] = at
+    _ADDRESSES[number] = at.address
+
+
+def call_law(law: int, _addresses: NDArray[np.int64], rows: Array, vector: int) -> None:
+    """Call a law on the rows of one vector of lanes."""
+    _CODE[law](rows[vector])
+
+
+@overload(call_law, inline="always", strict=False)
+def _overload_call_law(law: Any, _addresses: Any, rows: Any, vector: Any) -> Any:
+    def at_address(law: int, _addresses: NDArray[np.int64], rows: Array, vector: int) -> None:
+        _call(_addresses[law], rows, vector)
+
+    return at_address
+
+
+@intrinsic
+def _call(_: Any, address: Any, rows: Any, vector: Any) -> Any:
+    def lower(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        array = context.make_array(signature.args[1])(context, builder, values[1])
+        first = builder.mul(context.cast(builder, values[2], signature.args[2], types.int64), _SIZE)
+        pointer = array.data.type
+        function = ir.FunctionType(ir.VoidType(), [pointer]).as_pointer()
+        builder.call(builder.inttoptr(values[0], function), [builder.gep(array.data, [first])])
+        return context.get_dummy_value()
+
+    return types.void(address, rows, vector), lower
+
+
+_SIZE = ir.Constant(ir.IntType(64), ROWS * WIDTH)

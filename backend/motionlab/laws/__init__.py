@@ -1,0 +1,37 @@
+"""Laws of friction compensation, a file each; `laws.law` says what such a file declares."""
+
+from __future__ import annotations
+
+import pkgutil
+from importlib import import_module
+
+from motionlab.laws.law import PARAMETERS_MOST, STATES_MOST, Law, Parameter
+
+
+def _laws() -> dict[str, Law]:
+    """Return the laws of this room by name; the one that adds nothing first."""
+    modules = [import_module(f"{__name__}.{each.name}") for each in pkgutil.iter_modules(__path__)]
+    laws: list[Law] = [module.LAW for module in modules if hasattr(module, "LAW")]
+    for law in laws:
+        rows = len(law.Parameters._fields), len(law.State._fields)
+        assert rows[0] <= PARAMETERS_MOST and rows[1] <= STATES_MOST, law.name
+    return {law.name: law for law in sorted(laws, key=lambda law: (law.adds, law.name))}
+
+
+def _parameters() -> dict[str, Parameter]:
+    """Return the parameters of all laws by name; laws share those that are declared alike."""
+    found: dict[str, Parameter] = {}
+    for law in LAWS.values():
+        for each in law.parameters:
+            if found.setdefault(each.name, each) != each:
+                raise TypeError(f"{law.name}: {each.name} is declared otherwise by another law")
+    return found
+
+
+LAWS = _laws()
+"""Every law by its name."""
+
+PARAMETERS = _parameters()
+"""Every parameter of a law by its name."""
+
+__all__ = ["LAWS", "PARAMETERS", "Law", "Parameter"]

@@ -1,0 +1,162 @@
+"""What a law of friction compensation declares, and what it may know.
+
+A law is one module of this room: a name, parameters with unit, range and default, its state, and
+one function of lanes that is called once in a control period. Everything else comes from here: the
+fields of a config, the schema, sliders, ``motionlab laws``, the rows of the kernel, margins,
+recordings, exported C, and the kernel in the page.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+from motionlab.lanes import Lanes
+from motionlab.plant.friction import LuGre
+
+PARAMETERS_MOST = 8
+"""Rows of the kernel for a law's parameters."""
+
+STATES_MOST = 8
+"""Rows of the kernel for a law's state."""
+
+PAPER = "Huang et al., IEEE Access 2019"
+OURS = "this project's choice"
+
+
+class Seen(NamedTuple):
+    """What a law may know in a control period, of each lane."""
+
+    p_ref: Lanes  # position reference, m
+    v_ref: Lanes  # velocity reference, m/s
+    a_ref: Lanes  # acceleration reference, m/s^2
+    p: Lanes  # measured position, m
+    v: Lanes  # its difference over a period, m/s
+    a: Lanes  # its second difference, m/s^2
+    error: Lanes  # following error, m
+    error_rate: Lanes  # its difference over a period, m/s
+    u: Lanes  # PD force within its limit, N
+    f_acting: Lanes  # force in effect since the last period, within all limits, N
+    estimate_acting: Lanes  # the law's friction estimate of that period, N
+    K_acting: Lanes  # the law's adaptation term of that period, m/s
+    age: Lanes  # control periods since the start; differences are 0 in the first
+    k_p: Lanes  # proportional gain, N/m
+    k_d: Lanes  # derivative gain, N s/m
+    M: Lanes  # mass in the controller's model, kg
+    friction: LuGre  # friction in the controller's model
+
+
+class Estimate(NamedTuple):
+    """What a law gives in a control period."""
+
+    force: Lanes  # friction estimate, which is added to the command, N
+    z: Lanes = 0.0  # bristle estimate at the end of the period, m
+    K: Lanes = 0.0  # adaptation term, m/s
+
+
+class NoState(NamedTuple):
+    """The state of a law that has none."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter of a law: a field of a controller's config.
+
+    Attributes
+    ----------
+    name : str
+        As in the lanes' record of parameters, where the law does not derive that from others.
+    description : str
+        What the number is.
+    unit : str
+        SI unit; ``1`` for a pure number.
+    default : float, str or None
+        None: the law decides.
+    ge, gt, le, lt : float, optional
+        Bounds, in `unit`.
+    choices : tuple of str
+        The values of a parameter that is no number.
+    label, source : str
+        Name on the screen; where the number or its range comes from.
+    """
+
+    name: str
+    description: str
+    unit: str = "1"
+    default: float | str | None = None
+    ge: float | None = None
+    gt: float | None = None
+    le: float | None = None
+    lt: float | None = None
+    choices: tuple[str, ...] = ()
+    label: str | None = None
+    source: str = OURS
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """Why a law does not work with the value of a parameter."""
+
+    parameter: str
+    value: float
+    reason: str
+    limit: float  # from which on it does not, in the parameter's unit
+
+
+def _nothing(*_: Any) -> None:
+    return None
+
+
+@dataclass(frozen=True)
+class Law:
+    """A law of friction compensation.
+
+    Attributes
+    ----------
+    name, label, description, source : str
+        Name in configs, name on the screen, what it is in a sentence, where it comes from.
+    step : callable
+        ``step(par, state, seen) -> (Estimate, state)``, a function of lanes: records of the types
+        `Parameters` and `State`, and a `Seen`.
+    Parameters, State : type
+        NamedTuples of lanes; the comment of a field says what it is, and its unit.
+    parameters : tuple of Parameter
+        The fields of its config.
+    lane : callable
+        ``lane(values, friction) -> Parameters``: plain numbers from the values of the config by
+        name, and the friction of the controller's model. Left out, the values themselves.
+    adds : bool
+        Whether its estimate is added to the command at all.
+    sliding : callable
+        ``sliding(friction, v) -> State`` about which the loop is linearised: friction compensated
+        at the velocity v, m/s. Left out, all zero.
+    limits : tuple of str
+        Fields of `Parameters` that bound something, which a linear loop does not have.
+    quotient : callable
+        ``quotient(values) -> str or None``: name of the parameter, or ``law``, with whose value
+        the law has no linearisation.
+    refuse : callable
+        ``refuse(values, friction) -> Refusal or None``.
+    """
+
+    name: str
+    label: str
+    description: str
+    source: str
+    step: Callable[[Any, Any, Seen], tuple[Estimate, Any]]
+    Parameters: Any
+    State: Any = NoState
+    parameters: tuple[Parameter, ...] = ()
+    lane: Callable[[Mapping[str, Any], LuGre], Any] | None = None
+    adds: bool = True
+    sliding: Callable[[LuGre, float], Any] | None = None
+    limits: tuple[str, ...] = field(default=())
+    quotient: Callable[[Mapping[str, Any]], str | None] = _nothing
+    refuse: Callable[[Mapping[str, Any], LuGre], Refusal | None] = _nothing
+
+    def lane_parameters(self, values: Mapping[str, Any], friction: LuGre) -> Any:
+        """Return `Parameters` of one lane, as plain numbers."""
+        if self.lane is not None:
+            return self.lane(values, friction)
+        return self.Parameters(**{name: values[name] for name in self.Parameters._fields})
