@@ -38,6 +38,7 @@ from motionlab.lanes import (
     store_vectors,
     unpack,
 )
+from motionlab.lanes.compiler import entry
 from motionlab.laws import LAWS
 from motionlab.laws.law import Estimate, Law, Seen
 from motionlab.plant.friction import LuGre
@@ -264,7 +265,7 @@ def _compile(number: int) -> None:
         _CODE[number] = call
         return
 
-    @_numba.cfunc(types.void(types.CPointer(types.float64)), cache=True, error_model="numpy")
+    @entry(types.void(types.CPointer(types.float64)))
     def at(pointer: Any) -> None:
         call(carray(pointer, (ROWS, WIDTH)))
 

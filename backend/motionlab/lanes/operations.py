@@ -104,7 +104,7 @@ def pack(values: Any, array: Any) -> None:
 def load_vectors(record: Any, array: Any, first: Any, width: Any) -> Any:
     """Return rows `first`, ... of `array`, shape (vectors, rows, WIDTH), as lanes side by side."""
     rows = array[:, first : first + len(record._fields)]
-    return record(*np.swapaxes(rows, 0, 1).reshape(len(record._fields), -1))
+    return record(*np.swapaxes(rows, 0, 1).reshape(len(record._fields), -1).copy())
 
 
 def store_vectors(values: Any, array: Any, first: Any) -> None:

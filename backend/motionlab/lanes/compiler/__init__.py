@@ -20,6 +20,11 @@ use_cache()  # before the first function is decorated
 cached: Callable[[Any], Any] = numba.njit(error_model="numpy", nogil=True, cache=True)
 
 
+def entry(signature: Any) -> Callable[[Any], Any]:
+    """Compile a function of pointers, which has an `address`, and keep its code."""
+    return numba.cfunc(signature, error_model="numpy", cache=True)
+
+
 def _take() -> None:
     while DECLARED:
         _register(DECLARED.pop())
@@ -34,4 +39,4 @@ def _register(function: Callable[..., Any]) -> None:
 TAKERS.append(_take)
 _take()
 
-__all__ = ["cached", "gather", "load_store", "subnormals", "vector"]
+__all__ = ["cached", "entry", "gather", "load_store", "subnormals", "vector"]

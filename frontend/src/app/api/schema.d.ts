@@ -3967,7 +3967,7 @@ export interface components {
         };
         /**
          * CompensationConfig
-         * @description Friction compensation; the laws are described in motionlab.control.compensation.
+         * @description Friction compensation; each law uses the parameters that it declares: `motionlab.laws`.
          */
         CompensationConfig: {
             /**
@@ -3976,7 +3976,7 @@ export interface components {
              * @default off
              * @enum {string}
              */
-            law: "off" | "lugre-observer" | "published-k" | "residual-k" | "canudas-de-wit" | "reversed-k";
+            law: "off" | "canudas-de-wit" | "lugre-observer" | "published-k" | "residual-k" | "reversed-k";
             /**
              * compensation
              * @description Add the estimate to the command; off, the observer runs all the same
@@ -3990,6 +3990,12 @@ export interface components {
              * @enum {string}
              */
             velocity: "measured" | "reference";
+            /**
+             * Bristle Limit
+             * @description Largest bristle estimate, in units of F_s/sigma_0; left out: 1.2 for residual-k and reversed-k, none otherwise
+             * @default null
+             */
+            bristle_limit: number | null;
             /**
              * gain of K
              * @description Gain of K; left out: 300/s for canudas-de-wit; for residual-k 40/s, or 0.9 of its limit, below which its residual does not feed itself: 2 c sigma_0/sigma_1 of the controller's model, 1 + c^2 instead of 2 c from c = 1 on, c being the regularisation
@@ -4008,12 +4014,6 @@ export interface components {
              * @default 0.4
              */
             regularisation: number;
-            /**
-             * Bristle Limit
-             * @description Largest bristle estimate, in units of F_s/sigma_0; left out: 1.2 for residual-k and reversed-k, none otherwise
-             * @default null
-             */
-            bristle_limit: number | null;
             /**
              * share of k_d
              * @description Share of k_d in the denominator of (25) (reversed-k): 0 leaves K = -(M a - u)/sigma_1; 0.001 takes the number of Table 1, in N s/mm, as N s/m
@@ -4317,10 +4317,10 @@ export interface components {
              *       "law": "off",
              *       "enabled": true,
              *       "velocity": "measured",
+             *       "bristle_limit": null,
              *       "gain": null,
              *       "residual_bandwidth": 30,
              *       "regularisation": 0.4,
-             *       "bristle_limit": null,
              *       "k_d_share": 0
              *     }
              */
