@@ -7,7 +7,13 @@ from typing import Any, NamedTuple, get_type_hints
 
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
-from motionlab.export.controller_step import Reference, Signals, step_axis
+from motionlab.export.controller_step import (
+    AxisState,
+    Reference,
+    Signals,
+    step_of,
+    with_law,
+)
 from motionlab.export.recording import BANK, call_by_axis, entries_by_axis, fixed_place, zeros
 from motionlab.export.tables import Tables
 from motionlab.force_sharing.functions import (
@@ -19,24 +25,17 @@ from motionlab.force_sharing.functions import (
     ForceModel,
 )
 from motionlab.kernel.build import lane
-from motionlab.kernel.layout import Command, ControllerState, Parameters, State
+from motionlab.kernel.law_calls import law_parameters
+from motionlab.kernel.layout import Command, ControllerState, Parameters
 from motionlab.lanes.bank import TABLES
+from motionlab.laws import LAWS
 from motionlab.plant.table_map import THRUST_TERMS
 from motionlab.targets.c_expression import INDENT
 from motionlab.targets.c_program import Program
 from motionlab.targets.c_values import initial_values
 from motionlab.targets.c_words import safe
 from motionlab.targets.record import Recorder
-from motionlab.targets.record_statements import RecordedFunction
 from motionlab.targets.record_values import Constant
-
-_NAMES = {
-    Parameters: "psrm_axis_parameters",
-    State: "psrm_axis_state",
-    Signals: "psrm_signals",
-}
-_STATES = (State, ControllerState, Command)
-
 
 _ARGUMENTS = {
     "par": "&parameters->axis[k]",
@@ -74,10 +73,25 @@ def controller_code(scenario: Scenario, variant: str) -> ControllerCode:
     controller = scenario.variants[variant].controller
     tables = Tables()
     with TABLES.lease():
-        lanes = {axis: _with_tables(lane(scenario, controller, axis), tables) for axis in AXES}
-    recorder = Recorder()
-    steps = {axis: _recorded_step(recorder, par) for axis, par in lanes.items()}
-    program = Program(entries_by_axis(steps), states=_STATES, type_names=_NAMES)
+        plain = {axis: _with_tables(lane(scenario, controller, axis), tables) for axis in AXES}
+    law = LAWS[controller.compensation.law]
+    parameters, state = with_law(Parameters, law.Parameters), with_law(AxisState, law.State)
+    lanes = {
+        axis: parameters(*par._replace(law=law_parameters(par))) for axis, par in plain.items()
+    }
+    recorder, step_axis = Recorder(), step_of(law)
+    steps = {
+        axis: recorder.record(step_axis, _arguments(par, state)) for axis, par in lanes.items()
+    }
+    program = Program(
+        entries_by_axis(steps),
+        states=(state, law.State, ControllerState, Command),
+        type_names={
+            parameters: "psrm_axis_parameters",
+            state: "psrm_axis_state",
+            Signals: "psrm_signals",
+        },
+    )
     step = call_by_axis(
         program,
         steps,
@@ -92,7 +106,7 @@ def controller_code(scenario: Scenario, variant: str) -> ControllerCode:
         public_types=program.types(public=True),
         private_types=program.types(public=False),
         functions=program.functions(),
-        reset="\n".join(_reset_lines(program, State, f"{2 * INDENT}state->axis[k].")),
+        reset="\n".join(_reset_lines(program, state, f"{2 * INDENT}state->axis[k].")),
         step=step,
         values="\n".join(_value_lines(program, lanes)),
         tables=tables.code(),
@@ -118,8 +132,9 @@ def _with_tables(par: Parameters, tables: Tables) -> Parameters:
     return par._replace(force_model=ForceModel(par.force_model.map._replace(table=table), sharing))
 
 
-def _recorded_step(recorder: Recorder, par: Parameters) -> RecordedFunction:
-    model, law = par.force_model, par.compensation
+def _arguments(par: Parameters, state: Any) -> dict[str, Any]:
+    """Return what the step of an axis is recorded with."""
+    model = par.force_model
     tabled = model.map.table.thrust >= 0.0 or model.sharing.law != LEAST_NORM
     sharing = model.sharing._replace(
         law=Constant(model.sharing.law, structural=True),
@@ -128,17 +143,15 @@ def _recorded_step(recorder: Recorder, par: Parameters) -> RecordedFunction:
     )
     table = model.map.table._replace(thrust=fixed_place(model.map.table.thrust))
     fixed = par._replace(
-        compensation=law._replace(law=Constant(law.law, structural=True)),
         force_model=ForceModel(model.map._replace(table=table), sharing),
     )
-    arguments = {
+    return {
         "par": fixed,
-        "s": zeros(State),
+        "s": zeros(state),
         "reference": zeros(Reference),
         "position": 0.0,
         "tables": BANK if tabled else None,
     }
-    return recorder.record(step_axis, arguments)
 
 
 def _reset_lines(program: Program, kind: Any, path: str) -> Iterator[str]:

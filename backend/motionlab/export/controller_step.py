@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+import functools
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 from numpy.typing import NDArray
 
-from motionlab.kernel.layout import Inputs, Parameters, State
-from motionlab.kernel.tick import control, in_effect
+from motionlab.kernel.law_calls import seen
+from motionlab.kernel.layout import Command, ControllerState, Inputs, Parameters
+from motionlab.kernel.tick import command, in_effect, observe_motion
 from motionlab.lanes import Lanes, Mask
+from motionlab.laws import Law
 from motionlab.plant.magnetics import Phases
 
 
@@ -38,51 +42,83 @@ class Signals(NamedTuple):
     healthy: Mask  # false: following error beyond its limit, or NaN
 
 
-def step_axis(
-    par: Parameters,
-    s: State,
-    reference: Reference,
-    position: Lanes,
-    tables: NDArray | None,
-) -> tuple[State, Phases, Signals]:
-    """Advance one axis by a control period, from its reference and its measured position, m.
+class AxisState(NamedTuple):
+    """State of an axis between control periods."""
 
-    Return its next state, the currents that are in effect from now on, A, and its signals.
-    """
-    at = Inputs(
-        p_ref=reference.position,
-        v_ref=reference.velocity,
-        a_ref=reference.acceleration,
-        load=0.0,
-        encoder_noise=0.0,
-        current_a=0.0,
-        current_b=0.0,
-        current_c=0.0,
-    )
-    memory, made, signals = control(par, s, at, position, tables, None)
-    acting = in_effect(par, s.pending, made)
+    memory: ControllerState
+    law: Any
+    acting: Command
+    pending: Command  # computed but not yet in effect
+    age: Lanes  # control periods since the start
 
-    force_limit = par.controller.force_limit
-    f_command = abs(signals.f_command)
-    following = abs(signals.error) <= par.limits.error
-    ideal = par.controller.ideal_force > 0.0
-    current = Phases(acting.current_a, acting.current_b, acting.current_c)
-    return (
-        State(s.plant, memory, acting, made, s.age + 1.0, s.failed),
-        current,
-        Signals(
-            following_error=signals.error,
-            velocity=signals.v,
-            pd_force=signals.u,
-            friction_estimate=made.estimate,
-            bristle_estimate=memory.z_hat,
-            K=made.K,
-            disturbance_estimate=signals.d,
-            force_command=signals.f_command,
-            force_realised=acting.force,
-            current_next=Phases(made.current_a, made.current_b, made.current_c),
-            force_saturated=f_command >= force_limit,
-            current_saturated=signals.limited & ~ideal,
-            healthy=following & (f_command <= force_limit),
-        ),
-    )
+
+@functools.cache
+def with_law(kind: Any, record: Any) -> Any:
+    """Return `Parameters` or `AxisState` with a law's own record in the field `law`."""
+    body = {
+        "__annotations__": kind.__annotations__ | {"law": record},
+        "__doc__": kind.__doc__,
+        "__module__": kind.__module__,
+        "_like": kind,
+    }
+    return type(kind.__name__, (kind,), body)
+
+
+def step_of(law: Law) -> Callable[..., tuple[Any, Phases, Signals]]:
+    """Return the step of an axis that has a law."""
+    step_law, axis_state = law.step, with_law(AxisState, law.State)
+
+    def step_axis(
+        par: Parameters,
+        s: AxisState,
+        reference: Reference,
+        position: Lanes,
+        tables: NDArray | None,
+    ) -> tuple[AxisState, Phases, Signals]:
+        """Advance one axis by a control period, from its reference and its measured position, m.
+
+        Return its next state, the currents that are in effect from now on, A, and its signals.
+        """
+        at = Inputs(
+            p_ref=reference.position,
+            v_ref=reference.velocity,
+            a_ref=reference.acceleration,
+            load=0.0,
+            encoder_noise=0.0,
+            current_a=0.0,
+            current_b=0.0,
+            current_c=0.0,
+        )
+        motion = observe_motion(par, s, at, position)
+        estimate, law_state = step_law(
+            par.law, s.law, seen(par.controller, par.model_friction, motion)
+        )
+        memory, made, signals = command(par, s, motion, estimate, tables, None)
+        acting = in_effect(par, s.pending, made)
+
+        force_limit = par.controller.force_limit
+        f_command = abs(signals.f_command)
+        following = abs(signals.error) <= par.limits.error
+        ideal = par.controller.ideal_force > 0.0
+        current = Phases(acting.current_a, acting.current_b, acting.current_c)
+        return (
+            axis_state(memory, law_state, acting, made, s.age + 1.0),
+            current,
+            Signals(
+                following_error=signals.error,
+                velocity=signals.v,
+                pd_force=signals.u,
+                friction_estimate=made.estimate,
+                bristle_estimate=signals.z_hat,
+                K=made.K,
+                disturbance_estimate=signals.d,
+                force_command=signals.f_command,
+                force_realised=acting.force,
+                current_next=Phases(made.current_a, made.current_b, made.current_c),
+                force_saturated=f_command >= force_limit,
+                current_saturated=signals.limited & ~ideal,
+                healthy=following & (f_command <= force_limit),
+            ),
+        )
+
+    return step_axis

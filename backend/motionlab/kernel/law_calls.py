@@ -51,19 +51,19 @@ _numba: Any = numba  # whose types do not name all that it exports
 class Motion(NamedTuple):
     """The fields of `Seen` that change in every period."""
 
-    p_ref: Lanes
-    v_ref: Lanes
-    a_ref: Lanes
-    p: Lanes
-    v: Lanes
-    a: Lanes
-    error: Lanes
-    error_rate: Lanes
-    u: Lanes
-    f_acting: Lanes
-    estimate_acting: Lanes
-    K_acting: Lanes
-    age: Lanes
+    p_ref: Lanes  # position reference, m
+    v_ref: Lanes  # velocity reference, m/s
+    a_ref: Lanes  # acceleration reference, m/s^2
+    p: Lanes  # measured position, m
+    v: Lanes  # its difference over a period, m/s
+    a: Lanes  # its second difference, m/s^2
+    error: Lanes  # following error, m
+    error_rate: Lanes  # its difference over a period, m/s
+    u: Lanes  # PD force within its limit, N
+    f_acting: Lanes  # force in effect since the last period, within all limits, N
+    estimate_acting: Lanes  # the law's friction estimate of that period, N
+    K_acting: Lanes  # the law's adaptation term of that period, m/s
+    age: Lanes  # control periods since the start; differences are 0 in the first
 
 
 class _Number(NamedTuple):
@@ -140,6 +140,30 @@ def estimate_friction(laws: Laws, motion: Motion) -> Estimate:
     return load_vectors(Estimate, laws.rows, _ESTIMATE, motion.p)
 
 
+@compiled
+def seen(controller: PositionController, friction: LuGre, motion: Motion) -> Seen:
+    """Return what a law may know of a controller, its model of friction, and the motion."""
+    return Seen(
+        p_ref=motion.p_ref,
+        v_ref=motion.v_ref,
+        a_ref=motion.a_ref,
+        p=motion.p,
+        v=motion.v,
+        a=motion.a,
+        error=motion.error,
+        error_rate=motion.error_rate,
+        u=motion.u,
+        f_acting=motion.f_acting,
+        estimate_acting=motion.estimate_acting,
+        K_acting=motion.K_acting,
+        age=motion.age,
+        k_p=controller.k_p,
+        k_d=controller.k_d,
+        M=controller.M,
+        friction=friction,
+    )
+
+
 # -- code of a law --------------------------------------------------------------------------------
 
 
@@ -163,34 +187,12 @@ def on_rows(number: int, law: Law) -> Callable[[Array], None]:
     stateless = not state_record._fields
 
     @compiled
-    def seen(rows: Array) -> Seen:
-        m = unpack(Motion, rows, _MOTION)
-        gains = unpack(PositionController, rows, _CONTROLLER)
-        return Seen(
-            p_ref=m.p_ref,
-            v_ref=m.v_ref,
-            a_ref=m.a_ref,
-            p=m.p,
-            v=m.v,
-            a=m.a,
-            error=m.error,
-            error_rate=m.error_rate,
-            u=m.u,
-            f_acting=m.f_acting,
-            estimate_acting=m.estimate_acting,
-            K_acting=m.K_acting,
-            age=m.age,
-            k_p=gains.k_p,
-            k_d=gains.k_d,
-            M=gains.M,
-            friction=unpack(LuGre, rows, _FRICTION),
-        )
-
-    @compiled
     def call(rows: Array) -> None:
         par = unpack(par_record, rows, _PARAMETERS)
         state = unpack(state_record, rows, _STATE)
-        estimate, after = step(par, state, seen(rows))
+        motion, friction = unpack(Motion, rows, _MOTION), unpack(LuGre, rows, _FRICTION)
+        known = seen(unpack(PositionController, rows, _CONTROLLER), friction, motion)
+        estimate, after = step(par, state, known)
         own = unpack(_Number, rows, _NUMBER).law == float(number)
         before = unpack(Estimate, rows, _ESTIMATE)
         pack(_chosen(own, estimate, before), rows[_ESTIMATE:ROWS])

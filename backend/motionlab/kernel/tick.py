@@ -48,6 +48,7 @@ from motionlab.lanes import (
 )
 from motionlab.lanes.bank import TABLES
 from motionlab.lanes.functions import clip
+from motionlab.laws.law import Estimate
 from motionlab.plant.current import half_step, settled_current
 from motionlab.plant.encoder import measure
 from motionlab.plant.friction import friction_force
@@ -78,6 +79,64 @@ class Signals(NamedTuple):
 
 
 @compiled
+def observe_motion(par: Parameters, s: State, at: Inputs, p_meas: Lanes) -> Motion:
+    """Return what the controller knows of the motion, and its PD force."""
+    memory, acting = s.memory, s.acting
+    last = Last(memory.p_last, memory.v_last, memory.e_last)
+    motion = estimate_motion(at.p_ref, p_meas, last, s.age == 0.0)
+    return Motion(
+        p_ref=at.p_ref,
+        v_ref=at.v_ref,
+        a_ref=at.a_ref,
+        p=p_meas,
+        v=motion.v,
+        a=motion.a,
+        error=motion.error,
+        error_rate=motion.error_rate,
+        u=pd_force(par.controller, motion),
+        f_acting=acting.force,
+        estimate_acting=acting.estimate,
+        K_acting=acting.K,
+        age=s.age,
+    )
+
+
+@compiled
+def command(  # noqa: PLR0913, PLR0917 - what a command depends on
+    par: Parameters,
+    s: State,
+    motion: Motion,
+    estimate: Estimate,
+    tables: NDArray[np.float64] | None,
+    extra: Lanes | None,
+) -> tuple[ControllerState, Command, Signals]:
+    """Return the command of a period and the controller's next state, given a friction estimate."""
+    controller, memory, acting, u = par.controller, s.memory, s.acting, motion.u
+    added = select(par.compensation.enabled > 0.0, estimate.force, 0.0)
+
+    # control
+    d = disturbance_estimate(controller, memory.d, acting.force - acting.added, motion.a)
+    d = select(motion.age == 0.0, 0.0, d)
+    wanted = u + added
+    wanted = wanted + select(controller.feedforward > 0.0, controller.M * motion.a_ref, 0.0)
+    opposed = select(controller.observer > 0.0, d, 0.0)
+    wanted, n_1, n_2 = notched(par.notch, wanted + opposed, u + opposed, memory.n_1, memory.n_2)
+    if extra is not None:
+        wanted = wanted + extra
+    f_command = clip(wanted, -controller.force_limit, controller.force_limit)
+
+    # share
+    share = share_by_law(par.force_model, tables, motion.p, f_command)
+    realised = select(controller.ideal_force > 0.0, f_command, share.force)
+    i = share.current
+    return (
+        ControllerState(motion.p, motion.v, motion.error, d, n_1, n_2),
+        Command(realised, estimate.force, added, estimate.K, i.a, i.b, i.c),
+        Signals(motion.error, motion.v, u, estimate.z, d, f_command, share.limited),
+    )
+
+
+@compiled
 def control(  # noqa: PLR0913, PLR0917 - what a command depends on
     par: Parameters,
     s: State,
@@ -93,54 +152,9 @@ def control(  # noqa: PLR0913, PLR0917 - what a command depends on
     effect and the age, of `par` the controller's groups. What `laws` hold of the lanes is stepped,
     too. A force `extra`, N, if there is one, is added before the force limit.
     """
-    controller = par.controller
-    memory, acting = s.memory, s.acting
-    first = s.age == 0.0
-    last = Last(memory.p_last, memory.v_last, memory.e_last)
-    motion = estimate_motion(at.p_ref, p_meas, last, first)
-
-    # compensate
-    u = pd_force(controller, motion)
-    estimate = estimate_friction(
-        laws,
-        Motion(
-            p_ref=at.p_ref,
-            v_ref=at.v_ref,
-            a_ref=at.a_ref,
-            p=p_meas,
-            v=motion.v,
-            a=motion.a,
-            error=motion.error,
-            error_rate=motion.error_rate,
-            u=u,
-            f_acting=acting.force,
-            estimate_acting=acting.estimate,
-            K_acting=acting.K,
-            age=s.age,
-        ),
-    )
-    added = select(par.compensation.enabled > 0.0, estimate.force, 0.0)
-
-    # control
-    d = disturbance_estimate(controller, memory.d, acting.force - acting.added, motion.a)
-    d = select(first, 0.0, d)
-    wanted = u + added
-    wanted = wanted + select(controller.feedforward > 0.0, controller.M * at.a_ref, 0.0)
-    opposed = select(controller.observer > 0.0, d, 0.0)
-    wanted, n_1, n_2 = notched(par.notch, wanted + opposed, u + opposed, memory.n_1, memory.n_2)
-    if extra is not None:
-        wanted = wanted + extra
-    f_command = clip(wanted, -controller.force_limit, controller.force_limit)
-
-    # share
-    share = share_by_law(par.force_model, tables, p_meas, f_command)
-    realised = select(controller.ideal_force > 0.0, f_command, share.force)
-    i = share.current
-    return (
-        ControllerState(p_meas, motion.v, motion.error, d, n_1, n_2),
-        Command(realised, estimate.force, added, estimate.K, i.a, i.b, i.c),
-        Signals(motion.error, motion.v, u, estimate.z, d, f_command, share.limited),
-    )
+    motion = observe_motion(par, s, at, p_meas)
+    estimate = estimate_friction(laws, motion)
+    return command(par, s, motion, estimate, tables, extra)
 
 
 @compiled

@@ -14,10 +14,10 @@ from motionlab.laws.law import Estimate, Law, Parameter, Seen
 from motionlab.laws.lugre_observer import (
     BRISTLE_LIMIT,
     VELOCITY,
-    State,
-    observe,
+    LuGreState,
     observed_velocity,
     sliding_bristle,
+    step_observer,
     z_limit,
 )
 from motionlab.plant.friction import LuGre
@@ -35,8 +35,8 @@ GAIN = Parameter(
 _USUAL = 300.0  # 1/s
 
 
-class Parameters(NamedTuple):
-    """Parameters of each lane."""
+class CanudasDeWit(NamedTuple):
+    """CanudasDeWit of each lane."""
 
     from_reference: Lanes  # 1: the observer uses the reference's velocity; 0: the measured one
     z_limit: Lanes  # largest bristle estimate, m; inf for none
@@ -44,18 +44,18 @@ class Parameters(NamedTuple):
 
 
 @compiled
-def step(par: Parameters, state: State, seen: Seen) -> tuple[Estimate, State]:
+def canudas_de_wit(par: CanudasDeWit, state: LuGreState, seen: Seen) -> tuple[Estimate, LuGreState]:
     """Estimate friction with ``K = gain e``."""
     v = observed_velocity(par.from_reference, seen)
     K = par.gain * seen.error
-    estimate = observe(seen.friction, par.z_limit, state.z, v, K)
-    return estimate, State(estimate.z)
+    estimate = step_observer(seen.friction, par.z_limit, state.z, v, K)
+    return estimate, LuGreState(estimate.z)
 
 
-def lane(values: Mapping[str, Any], friction: LuGre) -> Parameters:
+def lane(values: Mapping[str, Any], friction: LuGre) -> CanudasDeWit:
     """Return the parameters of one lane."""
     gain = values["gain"]
-    return Parameters(
+    return CanudasDeWit(
         from_reference=float(values["velocity"] == "reference"),
         z_limit=z_limit(values, friction),
         gain=_USUAL if gain is None else gain,
@@ -67,11 +67,11 @@ LAW = Law(
     label="Canudas de Wit",
     description="K in proportion to the following error, 1995",
     source="Canudas de Wit et al., IEEE Trans. Autom. Control 40(3), 1995",
-    step=step,
-    Parameters=Parameters,
-    State=State,
+    step=canudas_de_wit,
+    Parameters=CanudasDeWit,
+    State=LuGreState,
     parameters=(VELOCITY, BRISTLE_LIMIT, GAIN),
     lane=lane,
-    sliding=lambda friction, v: State(sliding_bristle(friction, v)),
+    sliding=lambda friction, v: LuGreState(sliding_bristle(friction, v)),
     limits=("z_limit",),
 )

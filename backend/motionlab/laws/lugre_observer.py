@@ -31,15 +31,15 @@ BRISTLE_LIMIT = Parameter(
 )
 
 
-class Parameters(NamedTuple):
-    """Parameters of each lane."""
+class LuGreObserver(NamedTuple):
+    """LuGreObserver of each lane."""
 
     from_reference: Lanes  # 1: the observer uses the reference's velocity; 0: the measured one
     z_limit: Lanes  # largest bristle estimate, m; inf for none
 
 
-class State(NamedTuple):
-    """State of each lane."""
+class LuGreState(NamedTuple):
+    """LuGreState of each lane."""
 
     z: Lanes  # bristle estimate, m
 
@@ -51,7 +51,7 @@ def observed_velocity(from_reference: Lanes, seen: Seen) -> Lanes:
 
 
 @compiled
-def observe(model: LuGre, z_limit: Lanes, z: Lanes, v: Lanes, K: Lanes) -> Estimate:
+def step_observer(model: LuGre, z_limit: Lanes, z: Lanes, v: Lanes, K: Lanes) -> Estimate:
     """Step the observer over one period and return its friction estimate, eq. (23).
 
     With ``l = abs(v)/g(v)``::
@@ -69,11 +69,13 @@ def observe(model: LuGre, z_limit: Lanes, z: Lanes, v: Lanes, K: Lanes) -> Estim
 
 
 @compiled
-def step(par: Parameters, state: State, seen: Seen) -> tuple[Estimate, State]:
+def lugre_observer(
+    par: LuGreObserver, state: LuGreState, seen: Seen
+) -> tuple[Estimate, LuGreState]:
     """Estimate friction by the model alone, driven by the velocity."""
     v = observed_velocity(par.from_reference, seen)
-    estimate = observe(seen.friction, par.z_limit, state.z, v, 0.0)
-    return estimate, State(estimate.z)
+    estimate = step_observer(seen.friction, par.z_limit, state.z, v, 0.0)
+    return estimate, LuGreState(estimate.z)
 
 
 def z_limit(values: Mapping[str, Any], friction: LuGre, default: float = math.inf) -> float:
@@ -82,9 +84,9 @@ def z_limit(values: Mapping[str, Any], friction: LuGre, default: float = math.in
     return (default if limit is None else limit) * friction.F_s / friction.sigma_0
 
 
-def lane(values: Mapping[str, Any], friction: LuGre) -> Parameters:
+def lane(values: Mapping[str, Any], friction: LuGre) -> LuGreObserver:
     """Return the parameters of one lane."""
-    return Parameters(
+    return LuGreObserver(
         from_reference=float(values["velocity"] == "reference"),
         z_limit=z_limit(values, friction),
     )
@@ -103,11 +105,11 @@ LAW = Law(
     label="LuGre observer, K = 0",
     description="The LuGre model driven by the velocity alone",
     source=f"{PAPER}, eqs (23), (24)",
-    step=step,
-    Parameters=Parameters,
-    State=State,
+    step=lugre_observer,
+    Parameters=LuGreObserver,
+    State=LuGreState,
     parameters=(VELOCITY, BRISTLE_LIMIT),
     lane=lane,
-    sliding=lambda friction, v: State(sliding_bristle(friction, v)),
+    sliding=lambda friction, v: LuGreState(sliding_bristle(friction, v)),
     limits=("z_limit",),
 )

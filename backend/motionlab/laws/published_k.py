@@ -11,13 +11,18 @@ import dataclasses
 from motionlab.lanes import compiled, select
 from motionlab.laws import lugre_observer
 from motionlab.laws.law import PAPER, Estimate, Seen
-from motionlab.laws.lugre_observer import Parameters, State, observe, observed_velocity
+from motionlab.laws.lugre_observer import (
+    LuGreObserver,
+    LuGreState,
+    observed_velocity,
+    step_observer,
+)
 from motionlab.laws.reversed_k import SMALLEST_DENOMINATOR
 from motionlab.plant.friction import bristle_decay
 
 
 @compiled
-def step(par: Parameters, state: State, seen: Seen) -> tuple[Estimate, State]:
+def published_k(par: LuGreObserver, state: LuGreState, seen: Seen) -> tuple[Estimate, LuGreState]:
     """Estimate friction with ``K = u (M a - u)/(sigma_1 u + e k_d D)``."""
     model, u = seen.friction, seen.u
     v = observed_velocity(par.from_reference, seen)
@@ -25,8 +30,8 @@ def step(par: Parameters, state: State, seen: Seen) -> tuple[Estimate, State]:
     denominator = model.sigma_1 * u + seen.error * seen.k_d * D
     tiny = abs(denominator) < SMALLEST_DENOMINATOR
     K = u * (seen.M * seen.a - u) / select(tiny, SMALLEST_DENOMINATOR, denominator)
-    estimate = observe(model, par.z_limit, state.z, v, K)
-    return estimate, State(estimate.z)
+    estimate = step_observer(model, par.z_limit, state.z, v, K)
+    return estimate, LuGreState(estimate.z)
 
 
 LAW = dataclasses.replace(
@@ -35,6 +40,6 @@ LAW = dataclasses.replace(
     label="K as published",
     description="Eq. (25) as printed, which does not work in discrete time",
     source=f"{PAPER}, eq. (25)",
-    step=step,
+    step=published_k,
     quotient=lambda _: "law",
 )

@@ -16,9 +16,9 @@ from motionlab.laws.law import Estimate, Law, Parameter, Refusal, Seen
 from motionlab.laws.lugre_observer import (
     BRISTLE_LIMIT,
     VELOCITY,
-    observe,
     observed_velocity,
     sliding_bristle,
+    step_observer,
     z_limit,
 )
 from motionlab.plant.friction import LuGre, bristle_decay
@@ -45,8 +45,8 @@ BRISTLES = 1.2
 _USUAL, _OF_LIMIT = 40.0, 0.9  # gain, 1/s, and share of the largest one, 1
 
 
-class Parameters(NamedTuple):
-    """Parameters of each lane."""
+class ResidualK(NamedTuple):
+    """ResidualK of each lane."""
 
     from_reference: Lanes  # 1: the observer uses the reference's velocity; 0: the measured one
     z_limit: Lanes  # largest bristle estimate, m; inf for none
@@ -55,8 +55,8 @@ class Parameters(NamedTuple):
     regularisation: Lanes  # c in e_z, 1
 
 
-class State(NamedTuple):
-    """State of each lane."""
+class ResidualState(NamedTuple):
+    """ResidualState of each lane."""
 
     z: Lanes  # bristle estimate, m
     residual: Lanes  # filtered force balance, N
@@ -69,7 +69,7 @@ def filtered(residual: Lanes, alpha: Lanes, balance: Lanes, seen: Seen) -> Lanes
 
 
 @compiled
-def step(par: Parameters, state: State, seen: Seen) -> tuple[Estimate, State]:
+def residual_k(par: ResidualK, state: ResidualState, seen: Seen) -> tuple[Estimate, ResidualState]:
     """Estimate friction with ``K = gain e_z``; balance ``M a - (f - f_f*) - sigma_1 K``."""
     model = seen.friction
     known_force = seen.f_acting - seen.estimate_acting
@@ -81,8 +81,8 @@ def step(par: Parameters, state: State, seen: Seen) -> tuple[Estimate, State]:
     floor = par.regularisation * model.sigma_0
     e_z = D * residual / (D * D + floor * floor)
     K = select(D < 0.0, par.gain * e_z, 0.0)
-    estimate = observe(model, par.z_limit, state.z, v, K)
-    return estimate, State(estimate.z, residual)
+    estimate = step_observer(model, par.z_limit, state.z, v, K)
+    return estimate, ResidualState(estimate.z, residual)
 
 
 def low_pass(bandwidth: float) -> float:
@@ -102,10 +102,10 @@ def gain_limit(friction: LuGre, regularisation: float) -> float:
     return (2.0 * c if c < 1.0 else 1.0 + c * c) * friction.sigma_0 / friction.sigma_1
 
 
-def lane(values: Mapping[str, Any], friction: LuGre) -> Parameters:
+def lane(values: Mapping[str, Any], friction: LuGre) -> ResidualK:
     """Return the parameters of one lane."""
     gain, c = values["gain"], values["regularisation"]
-    return Parameters(
+    return ResidualK(
         from_reference=float(values["velocity"] == "reference"),
         z_limit=z_limit(values, friction, BRISTLES),
         gain=min(_USUAL, _OF_LIMIT * gain_limit(friction, c)) if gain is None else gain,
@@ -136,12 +136,12 @@ LAW = Law(
     label="K from the residual",
     description="K from the filtered residual of the force balance",
     source="this project's form of eq. (25)",
-    step=step,
-    Parameters=Parameters,
-    State=State,
+    step=residual_k,
+    Parameters=ResidualK,
+    State=ResidualState,
     parameters=(VELOCITY, BRISTLE_LIMIT, GAIN, RESIDUAL_BANDWIDTH, REGULARISATION),
     lane=lane,
-    sliding=lambda friction, v: State(sliding_bristle(friction, v), 0.0),
+    sliding=lambda friction, v: ResidualState(sliding_bristle(friction, v), 0.0),
     limits=("z_limit",),
     refuse=refuse,
 )

@@ -16,12 +16,18 @@ from motionlab.laws.law import Estimate, Law, Parameter, Seen
 from motionlab.laws.lugre_observer import (
     BRISTLE_LIMIT,
     VELOCITY,
-    observe,
     observed_velocity,
     sliding_bristle,
+    step_observer,
     z_limit,
 )
-from motionlab.laws.residual_k import BRISTLES, RESIDUAL_BANDWIDTH, State, filtered, low_pass
+from motionlab.laws.residual_k import (
+    BRISTLES,
+    RESIDUAL_BANDWIDTH,
+    ResidualState,
+    filtered,
+    low_pass,
+)
 from motionlab.plant.friction import LuGre, bristle_decay
 
 SMALLEST_DENOMINATOR = 1e-12
@@ -38,8 +44,8 @@ K_D_SHARE = Parameter(
 )
 
 
-class Parameters(NamedTuple):
-    """Parameters of each lane."""
+class ReversedK(NamedTuple):
+    """ReversedK of each lane."""
 
     from_reference: Lanes  # 1: the observer uses the reference's velocity; 0: the measured one
     z_limit: Lanes  # largest bristle estimate, m; inf for none
@@ -48,7 +54,7 @@ class Parameters(NamedTuple):
 
 
 @compiled
-def step(par: Parameters, state: State, seen: Seen) -> tuple[Estimate, State]:
+def reversed_k(par: ReversedK, state: ResidualState, seen: Seen) -> tuple[Estimate, ResidualState]:
     """Estimate friction with ``K = -r/(sigma_1 + c k_d D e/u)``; balance ``M a - (f - f_f*)``."""
     model = seen.friction
     balance = seen.M * seen.a - (seen.f_acting - seen.estimate_acting)
@@ -60,13 +66,13 @@ def step(par: Parameters, state: State, seen: Seen) -> tuple[Estimate, State]:
     u = select(tiny, SMALLEST_DENOMINATOR, seen.u)
     slope = model.sigma_1 + par.k_d_share * seen.k_d * seen.error / u * D
     K = -residual / select(abs(slope) < SMALLEST_DENOMINATOR, np.inf, slope)
-    estimate = observe(model, par.z_limit, state.z, v, K)
-    return estimate, State(estimate.z, residual)
+    estimate = step_observer(model, par.z_limit, state.z, v, K)
+    return estimate, ResidualState(estimate.z, residual)
 
 
-def lane(values: Mapping[str, Any], friction: LuGre) -> Parameters:
+def lane(values: Mapping[str, Any], friction: LuGre) -> ReversedK:
     """Return the parameters of one lane."""
-    return Parameters(
+    return ReversedK(
         from_reference=float(values["velocity"] == "reference"),
         z_limit=z_limit(values, friction, BRISTLES),
         alpha=low_pass(values["residual_bandwidth"]),
@@ -79,12 +85,12 @@ LAW = Law(
     label="K, sign reversed",
     description="Eq. (25) with the opposite sign and a filtered balance",
     source="this project's form of eq. (25)",
-    step=step,
-    Parameters=Parameters,
-    State=State,
+    step=reversed_k,
+    Parameters=ReversedK,
+    State=ResidualState,
     parameters=(VELOCITY, BRISTLE_LIMIT, RESIDUAL_BANDWIDTH, K_D_SHARE),
     lane=lane,
-    sliding=lambda friction, v: State(sliding_bristle(friction, v), 0.0),
+    sliding=lambda friction, v: ResidualState(sliding_bristle(friction, v), 0.0),
     limits=("z_limit",),
     quotient=lambda values: "k_d_share" if values["k_d_share"] > 0.0 else None,
 )
