@@ -26,7 +26,7 @@ TABLE_NUMBER = {"compensation.k_d_share": 1e-3, "compensation.bristle_limit": 10
 """k_d in N s/mm taken as N s/m, and no bound on the estimate."""
 
 
-def bristle_error(axis: Axis, law: float, changes: dict[str, float] | None = None) -> Array:
+def bristle_error(axis: Axis, law: str, changes: dict[str, float] | None = None) -> Array:
     """Return abs(e_z), m, of a mover at rest whose estimate starts 1e-15 m off: it stays linear."""
     lanes = rows([lane(axis, law, IDEAL | (changes or {}))] * 8)
     state = at_rest((0.0, 0.0))

@@ -70,7 +70,7 @@ def step_of(law: Law) -> Callable[..., tuple[Any, Phases, Signals]]:
 
     def step_axis(
         par: Parameters,
-        s: AxisState,
+        s: Any,
         reference: Reference,
         position: Lanes,
         tables: NDArray | None,

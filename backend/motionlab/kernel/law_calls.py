@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 from llvmlite import ir
-from numba import carray, types
+from numba import types
 from numba.extending import intrinsic, overload
 from numpy.typing import NDArray
 
@@ -46,6 +46,7 @@ from motionlab.plant.friction import LuGre
 Array = NDArray[np.float64]
 
 _numba: Any = numba  # whose types do not name all that it exports
+carray = _numba.carray
 
 
 class Motion(NamedTuple):
@@ -283,7 +284,7 @@ def call_law(law: int, _addresses: NDArray[np.int64], rows: Array, vector: int) 
 @overload(call_law, inline="always", strict=False)
 def _overload_call_law(law: Any, _addresses: Any, rows: Any, vector: Any) -> Any:
     def at_address(law: int, _addresses: NDArray[np.int64], rows: Array, vector: int) -> None:
-        _call(_addresses[law], rows, vector)
+        _call(_addresses[law], rows, vector)  # pyright: ignore[reportCallIssue]
 
     return at_address
 

@@ -13,7 +13,6 @@ from motionlab.control.notch import Notch
 from motionlab.control.position import PositionController
 from motionlab.force_sharing.functions import LEAST_NORM, ForceModel, SharingFunction
 from motionlab.lanes import Lanes, compiled, pack, unpack
-from motionlab.laws.law import PARAMETERS_MOST, STATES_MOST
 from motionlab.plant.current import Amplifiers
 from motionlab.plant.encoder import Encoder
 from motionlab.plant.friction import LuGre
@@ -84,11 +83,30 @@ class State(NamedTuple):
     failed: Lanes  # tick at which the lane diverged; -1 while it has not
 
 
-LawParameters = NamedTuple("LawParameters", [(f"p_{k}", Lanes) for k in range(PARAMETERS_MOST)])
-"""Parameters of a lane's law, in the order of its own record."""
+class LawParameters(NamedTuple):
+    """Parameters of a lane's law, in the order of its own record."""
 
-LawState = NamedTuple("LawState", [(f"s_{k}", Lanes) for k in range(STATES_MOST)])
-"""State of a lane's law, in the order of its own record."""
+    p_0: Lanes
+    p_1: Lanes
+    p_2: Lanes
+    p_3: Lanes
+    p_4: Lanes
+    p_5: Lanes
+    p_6: Lanes
+    p_7: Lanes
+
+
+class LawState(NamedTuple):
+    """State of a lane's law, in the order of its own record."""
+
+    s_0: Lanes
+    s_1: Lanes
+    s_2: Lanes
+    s_3: Lanes
+    s_4: Lanes
+    s_5: Lanes
+    s_6: Lanes
+    s_7: Lanes
 
 
 class _Clock(NamedTuple):

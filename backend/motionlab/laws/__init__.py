@@ -5,7 +5,7 @@ from __future__ import annotations
 import pkgutil
 from importlib import import_module
 
-from motionlab.laws.law import PARAMETERS_MOST, STATES_MOST, Law, Parameter
+from motionlab.laws.law import ROWS, Law, Parameter
 
 
 def _laws() -> dict[str, Law]:
@@ -13,8 +13,9 @@ def _laws() -> dict[str, Law]:
     modules = [import_module(f"{__name__}.{each.name}") for each in pkgutil.iter_modules(__path__)]
     laws: list[Law] = [module.LAW for module in modules if hasattr(module, "LAW")]
     for law in laws:
-        rows = len(law.Parameters._fields), len(law.State._fields)
-        assert rows[0] <= PARAMETERS_MOST and rows[1] <= STATES_MOST, law.name
+        for record in (law.Parameters, law.State):
+            if len(record._fields) > ROWS:
+                raise TypeError(f"{law.name}: {record.__name__} has more than {ROWS} fields")
     return {law.name: law for law in sorted(laws, key=lambda law: (law.adds, law.name))}
 
 

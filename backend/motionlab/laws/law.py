@@ -15,11 +15,8 @@ from typing import Any, NamedTuple
 from motionlab.lanes import Lanes
 from motionlab.plant.friction import LuGre
 
-PARAMETERS_MOST = 8
-"""Rows of the kernel for a law's parameters."""
-
-STATES_MOST = 8
-"""Rows of the kernel for a law's state."""
+ROWS = 8
+"""Most parameters of a law in the kernel, and numbers of its state."""
 
 PAPER = "Huang et al., IEEE Access 2019"
 OURS = "this project's choice"
