@@ -297,7 +297,7 @@ def control_once(
     acting = in_effect(par, s.pending, made)
     restore_mode(mode)
     write_state(State(s.plant, memory, acting, made, s.age, s.failed), state)
-    leave_laws(state, laws)
+    leave_laws(state, laws.rows)
 
 
 def run_ticks(
@@ -360,4 +360,4 @@ def run_lanes(  # noqa: PLR0913, PLR0917 - as `tick`
         record(sample, samples, k)
     restore_mode(mode)
     write_state(s, state)
-    leave_laws(state, laws)
+    leave_laws(state, laws.rows)

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from motionlab.analysis.contouring import write_nearest
 from motionlab.config.planar import AXES
 from motionlab.kernel.accumulator import TALLY_ROWS, Tally, Target, one_more
+from motionlab.kernel.law_calls import ROWS as LAW_ROWS
+from motionlab.kernel.law_calls import InlineLaws, enter_rows, leave_laws
 from motionlab.kernel.layout import (
     INPUT_ROWS,
     PARAMETER_ROWS,
@@ -89,29 +91,42 @@ def _current(i: Lanes) -> Lanes:
 
 
 @compiled
-def _advance(
-    parameters: Array, state: Array, inputs: Array, samples: Samples, tables: Array | None
+def _advance(  # noqa: PLR0913, PLR0917 - as `run_tables`
+    parameters: Array,
+    state: Array,
+    inputs: Array,
+    samples: Samples,
+    tables: Array | None,
+    law_rows: Array,
 ) -> None:
+    enter_rows(parameters, state, law_rows)
+    laws = InlineLaws(law_rows)
     width = unpack(PlantState, state, 0, LANES).p
     par = groups(parameters, width)
     s = read_state(state, width)
     for k in range(len(inputs)):
-        s, sample = tick(par, s, axes_at(Inputs, inputs, k, width), tables, None)
+        s, sample = tick(par, s, axes_at(Inputs, inputs, k, width), tables, laws, None)
         record(sample, samples, k)
         s = _without_traces(s)
     write_state(s, state)
+    leave_laws(state, law_rows)
 
 
-def run(parameters: Array, state: Array, inputs: Array, samples: Samples) -> None:
+def run(parameters: Array, state: Array, inputs: Array, samples: Samples, law_rows: Array) -> None:
     """Advance lanes without tables, as `motionlab.kernel.tick.run_ticks` does."""
-    _advance(parameters, state, inputs, samples, None)
+    _advance(parameters, state, inputs, samples, None, law_rows)
 
 
-def run_tables(
-    parameters: Array, state: Array, inputs: Array, samples: Samples, tables: Array
+def run_tables(  # noqa: PLR0913, PLR0917 - what a run reads and writes
+    parameters: Array,
+    state: Array,
+    inputs: Array,
+    samples: Samples,
+    law_rows: Array,
+    tables: Array,
 ) -> None:
     """Advance lanes of which at least one reads tables."""
-    _advance(parameters, state, inputs, samples, tables)
+    _advance(parameters, state, inputs, samples, tables, law_rows)
 
 
 def add_ticks(samples: Samples, inputs: Array, first: int, tally: Array) -> None:
@@ -143,11 +158,12 @@ _INPUTS = Block("inputs", float64, ("ticks", INPUT_ROWS, LANES))
 _SAMPLES = Block("samples", float32, ("ticks", SAMPLE_ROWS, LANES))
 _ERRORS = Block("following_error", float32, ("ticks", LANES), (SAMPLE_ROWS * LANES, 1))
 _TALLY = Block("tally", float64, (TALLY_ROWS, LANES))
+_LAW_ROWS = Block("law_rows", float64, (1, LAW_ROWS, LANES))
 _TABLES = Block("tables", float64, (NUMBERS_MOST,))
 
 EXPORTS = (
-    Export(run, (_PARAMETERS, _STATE, _INPUTS, _SAMPLES)),
-    Export(run_tables, (_PARAMETERS, _STATE, _INPUTS, _SAMPLES, _TABLES)),
+    Export(run, (_PARAMETERS, _STATE, _INPUTS, _SAMPLES, _LAW_ROWS)),
+    Export(run_tables, (_PARAMETERS, _STATE, _INPUTS, _SAMPLES, _LAW_ROWS, _TABLES)),
     Export(add_ticks, (_SAMPLES, _INPUTS, "first", _TALLY)),
     Export(
         extremes,
