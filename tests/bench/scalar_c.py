@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.kernel.layout import INPUT_ROWS, PARAMETER_ROWS, STATE_ROWS
+from motionlab.kernel.law_calls import LAWS_BY_NUMBER
+from motionlab.kernel.layout import INPUT_ROWS, LAW_NUMBER, PARAMETERS, STATES
 from motionlab.kernel.tick import SUBSTEPS
 from motionlab.timing import CONTROL_PERIOD
 
@@ -20,6 +21,53 @@ Array = NDArray[np.float64]
 _LANES = 16
 """Lanes side by side; eight or thirty-two are no faster."""
 _LARGE = 1e300  # -ffast-math leaves infinity undefined
+
+
+# The reference has the parameters and the state of every law in rows of their own.
+_LAWS = {
+    name: float(number)
+    for number, name in enumerate(
+        ("off", "lugre-observer", "published-k", "residual-k", "canudas-de-wit", "reversed-k")
+    )
+}
+_OF_LAWS = ("from_reference", "gain", "alpha", "regularisation", "z_limit", "k_d_share")
+_AFTER = PARAMETERS.index("compensation.enabled") + 1
+_PARAMETERS = (
+    *PARAMETERS[:_AFTER],
+    *_OF_LAWS,
+    *(name for name in PARAMETERS[_AFTER:] if not name.startswith("law.")),
+)
+_BEFORE = STATES.index("memory.e_last") + 1
+_STATES = (
+    *STATES[:_BEFORE],
+    "z",
+    "residual",
+    *(name for name in STATES[_BEFORE:] if not name.startswith("law.")),
+)
+_KEPT = [row for row, name in enumerate(STATES) if not name.startswith("law.")]
+_KEPT_HERE = [_STATES.index(STATES[row]) for row in _KEPT]
+
+
+def _rows(parameters: Array) -> Array:
+    """Return the rows of the reference from the kernel's, shape (rows, lanes)."""
+    rows = np.zeros((len(_PARAMETERS), parameters.shape[1]))
+    for row, name in enumerate(_PARAMETERS):
+        if name not in _OF_LAWS:
+            rows[row] = parameters[PARAMETERS.index(name)]
+    first = PARAMETERS.index("law.p_0")
+    for lane, number in enumerate(parameters[LAW_NUMBER]):
+        law = LAWS_BY_NUMBER[int(number)]
+        rows[_PARAMETERS.index("compensation.law"), lane] = _LAWS[law.name]
+        for place, name in enumerate(law.Parameters._fields):
+            rows[_PARAMETERS.index(name), lane] = parameters[first + place, lane]
+    return np.clip(rows, -_LARGE, _LARGE)
+
+
+def _states(state: Array) -> Array:
+    """Return the reference's rows of a state, shape (rows, lanes), in which no law has run yet."""
+    rows = np.zeros((len(_STATES), state.shape[1]))
+    rows[_KEPT_HERE] = state[_KEPT]
+    return rows
 
 
 class ScalarC:
@@ -47,7 +95,7 @@ class ScalarC:
         parameters : ndarray, shape (lanes, PARAMETER_ROWS)
             One lane after another.
         state : ndarray, shape (lanes, STATE_ROWS)
-            Overwritten by the state at the end.
+            Overwritten by the state at the end, but that of laws.
         inputs : ndarray, shape (ticks, INPUT_ROWS, 2)
             As for the kernel.
 
@@ -57,17 +105,18 @@ class ScalarC:
             Largest following error of each lane, m.
         """
         lanes = len(parameters)
-        parameters = np.ascontiguousarray(np.clip(parameters, -_LARGE, _LARGE))
+        rows, now = np.ascontiguousarray(_rows(parameters.T).T), _states(state.T).T.copy()
         largest = np.zeros(lanes)
-        assert state.flags.c_contiguous and inputs.flags.c_contiguous
+        assert inputs.flags.c_contiguous
         self._library.run_lanes(
-            _pointer(parameters),
-            _pointer(state),
+            _pointer(rows),
+            _pointer(now),
             _pointer(inputs),
             ctypes.c_long(len(inputs)),
             ctypes.c_int(lanes),
             _pointer(largest),
         )
+        state[:, _KEPT] = now[:, _KEPT_HERE]
         return largest
 
 
@@ -104,8 +153,8 @@ class LanesC:
         largest = np.zeros(parameters.shape[1])
         for first in range(0, len(largest), _LANES):
             here = slice(first, first + _LANES)
-            par = np.ascontiguousarray(np.clip(parameters[:, here], -_LARGE, _LARGE))
-            now, peak = np.ascontiguousarray(state[:, here]), np.zeros(_LANES)
+            par = np.ascontiguousarray(_rows(parameters[:, here]))
+            now, peak = np.ascontiguousarray(_states(state[:, here])), np.zeros(_LANES)
             self._library.run_lanes(
                 _pointer(par),
                 _pointer(now),
@@ -113,7 +162,7 @@ class LanesC:
                 ctypes.c_long(len(inputs)),
                 _pointer(peak),
             )
-            state[:, here], largest[here] = now, peak
+            state[_KEPT, here], largest[here] = now[_KEPT_HERE], peak
         return largest
 
 
@@ -133,8 +182,8 @@ def _compiled(source: str, arch: str, *more: str) -> tuple[ctypes.CDLL, tuple[st
         _output(gcc, "-shared", str(made), "-o", str(library), "-lm")
         loaded = ctypes.CDLL(str(library))
     rows = [getattr(loaded, f"{kind}_rows")() for kind in ("parameter", "state", "input")]
-    if rows != [PARAMETER_ROWS, STATE_ROWS, INPUT_ROWS]:
-        raise RuntimeError(f"{source} has {rows} rows, not the kernel's")
+    if rows != [len(_PARAMETERS), len(_STATES), INPUT_ROWS]:
+        raise RuntimeError(f"{source} has {rows} rows, not those that are written here")
     return loaded, flags, _output(gcc, "-dumpfullversion")
 
 
