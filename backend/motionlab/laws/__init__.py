@@ -21,12 +21,12 @@ def _laws() -> dict[str, Law]:
 
 def _parameters() -> dict[str, Parameter]:
     """Return the parameters of all laws by name; laws share those that are declared alike."""
-    found: dict[str, Parameter] = {}
+    shared: dict[str, Parameter] = {}
     for law in LAWS.values():
         for each in law.parameters:
-            if found.setdefault(each.name, each) != each:
+            if shared.setdefault(each.name, each) != each:
                 raise TypeError(f"{law.name}: {each.name} is declared otherwise by another law")
-    return found
+    return shared
 
 
 LAWS = _laws()
