@@ -28,11 +28,16 @@ _STATES = (
     "pending.estimate",
     "pending.K",
     "memory.d",
-    "law.s_0",  # of the laws that there are: the bristle estimate
     "memory.v_last",
     "memory.e_last",
 )
-_SAMPLES = ("pd_force", "force_command", "force_saturated", "current_saturated")
+_SAMPLES = (
+    "bristle_estimate",
+    "pd_force",
+    "force_command",
+    "force_saturated",
+    "current_saturated",
+)
 """Signals that the simulation keeps in single precision only."""
 
 _INPUTS = 4
