@@ -203,6 +203,17 @@ def what_ifs(per_second: float) -> Attack:
     return attack
 
 
+def dragging(client: Client, over: threading.Event) -> None:
+    """Drag as a page does: each change is checked, and margins are asked for, 60 times a second."""
+    force = 60.0
+    while not over.wait(1.0 / 60.0):
+        force += 0.01
+        body = {"scenario": "circle", "set": {"variants.B.controller.force_limit": force}}
+        with contextlib.suppress(OSError, http.client.HTTPException):
+            client.ask("POST", "/whatif/lanes", body | {"inputs": "0" * 32, "tables": ""})
+            client.ask("POST", "/loop", body)
+
+
 def jobs(client: Client, over: threading.Event) -> None:
     """Keep two jobs running."""
     body = {"scenario": "circle-matched", "runs": 2000}

@@ -99,6 +99,7 @@ def _attacks() -> Iterator[tuple[str, Callable[[Client], attacks.Attack], int]]:
     yield "2000 slow bodies", lambda c: attacks.slow_bodies, 1
     yield "24 unread CSV", _unread, 8
     yield "CSV of 26 variants", _files, 3
+    yield "50 browsers that drag", lambda c: attacks.dragging, 50
     columns = [f"{v}.{a}.following_error" for v in "AB" for a in "xy"]
     yield (
         "three what-ifs of 512 columns, 180 s",

@@ -164,7 +164,8 @@ def _lanes(server: Serving) -> Row:
     for turn in range(_TRIES):
         before, begin = server.tree_cpu(), time.perf_counter()
         for i in range(_CHECKS):
-            changes = {"variants.B.controller.force_limit": 60.0 + 0.01 * (turn * _CHECKS + i)}
+            bandwidth = 60.0 + 0.01 * (turn * _CHECKS + i)
+            changes = {"variants.B.controller.disturbance_observer.bandwidth": bandwidth}
             server.client.post(f"{API}/whatif/lanes", json=body | keys | {"set": changes})
         spent = server.tree_cpu() - before, time.perf_counter() - begin
         tries.append([each / _CHECKS for each in spent])

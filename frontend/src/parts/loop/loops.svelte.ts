@@ -8,6 +8,8 @@ import { load, recordOf } from '../../app/storage';
 
 /** So long after the server had no room for a request it is repeated, ms. */
 const AGAIN = 500;
+/** Time between two requests at least, ms: margins are read, and take longer than the curves. */
+const SPACING = 33;
 
 export interface LoopQuestion {
   scenario: Scenario;
@@ -45,6 +47,7 @@ export class LoopMargins {
   }
 
   private async run(question: LoopQuestion): Promise<void> {
+    const spaced = new Promise((resolve) => setTimeout(resolve, SPACING));
     try {
       this.known = await this.api.loop(question);
     } catch (error) {
@@ -58,6 +61,7 @@ export class LoopMargins {
       this.known = null; // The refusal is shown at its field.
     }
     if (!this.queue.superseded) this.asking = false;
+    await spaced;
   }
 }
 

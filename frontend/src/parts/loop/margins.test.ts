@@ -1,4 +1,4 @@
-import { expect, it } from 'vitest';
+import { expect, it, vi } from 'vitest';
 import type { Loops } from '../../app/api/types';
 import { LoopMargins, type LoopAt, type LoopFigures } from './loops.svelte';
 import { inDecibels, instability, marginCells } from './margins';
@@ -67,7 +67,8 @@ it('marks a margin that is beyond its limit, and nothing without one', () => {
   expect(cells()[1]?.limitText).toBe('at least 36.0°');
 });
 
-it('asks one question at a time, and after it the newest', async () => {
+it('asks one question at a time, and after a while the newest', async () => {
+  vi.useFakeTimers();
   const requests: unknown[] = [];
   const answers: ((loops: Loops) => void)[] = [];
   const margins = new LoopMargins({
@@ -80,11 +81,14 @@ it('asks one question at a time, and after it the newest', async () => {
   for (const k_p of [1, 2, 3]) margins.ask(question(k_p));
   expect(requests).toEqual([question(1)]);
   answers[0]?.({ variants: {} });
-  await new Promise((resolve) => setTimeout(resolve));
+  await vi.advanceTimersByTimeAsync(20);
+  expect(requests).toHaveLength(1);
+  await vi.advanceTimersByTimeAsync(20);
   expect(requests).toEqual([question(1), question(3)]);
   expect(margins.asking).toBe(true);
   answers[1]?.({ variants: { A: { axes: { x: LOOP }, note: null } } });
-  await new Promise((resolve) => setTimeout(resolve));
+  await vi.advanceTimersByTimeAsync(1);
   expect(margins.asking).toBe(false);
   expect(margins.of('A', 'x')?.Ms).toBe(2.2);
+  vi.useRealTimers();
 });
