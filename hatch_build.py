@@ -46,7 +46,8 @@ class Part(NamedTuple):
 
 # The model, which is also compiled for browsers; `make` has the same list file by file.
 _MODEL = tuple(
-    f"backend/motionlab/{room}" for room in ("control", "force_sharing", "kernel", "lanes", "plant")
+    f"backend/motionlab/{room}"
+    for room in ("control", "force_sharing", "kernel", "lanes", "laws", "plant")
 )
 PARTS = (
     Part(

@@ -13,7 +13,6 @@ from motionlab.config.load import load_scenario
 from motionlab.config.named_configs import names
 from motionlab.kernel.accumulator import new_tally
 from motionlab.kernel.build import initial_state, lane_parameters
-from motionlab.kernel.law_calls import ROWS as LAW_ROWS
 from motionlab.kernel.layout import SAMPLE_ROWS
 from motionlab.lanes.bank import TABLES
 from motionlab.simulation.prepare import Prepared, prepare
@@ -97,7 +96,7 @@ def _times(prepared: Prepared, function: str) -> dict[str, float]:
     inputs, tables = memory.put(inputs_of(prepared)), memory.put(TABLES.values)
     samples = memory.put(np.zeros((ticks, SAMPLE_ROWS, 2), dtype=np.float32))
     path, kept = memory.put(prepared.reference.position), memory.put(np.zeros(ticks))
-    points, laws = memory.put(np.zeros((ticks, POINT_COLUMNS))), memory.put(np.zeros((LAW_ROWS, 2)))
+    points = memory.put(np.zeros((ticks, POINT_COLUMNS)))
     size = -(-ticks // _BINS)
     low, high, tally = memory.put(np.zeros(_BINS)), memory.put(np.zeros(_BINS)), new_tally(2)
     x, y = prepared.reference.position[0]
@@ -108,7 +107,7 @@ def _times(prepared: Prepared, function: str) -> dict[str, float]:
         for variant in range(2):
             lanes, at = memory.put(lanes_of(blocks, variant)), memory.put(state)
             places = [tables] if function == "run_tables" else []
-            memory.call(function, lanes, at, inputs, samples, laws, *places, ticks)
+            memory.call(function, lanes, at, inputs, samples, *places, ticks)
         memory.call("add_ticks", samples, inputs, 0, memory.put(tally), ticks)
         memory.call("contour", path, 0, error, kept, points, ticks, ticks)
         memory.call("extremes", error, *column)

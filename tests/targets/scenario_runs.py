@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from motionlab.analysis.metrics import DEFINITIONS
 from motionlab.kernel.accumulator import new_tally
 from motionlab.kernel.build import LANES_PER_VARIANT, initial_state, lane_parameters
-from motionlab.kernel.law_calls import ROWS as LAW_ROWS
 from motionlab.kernel.layout import SAMPLE_ROWS, reads_tables, state_row
 from motionlab.lanes.bank import TABLES
 from motionlab.simulation.inputs import PAGE, page_inputs
@@ -100,7 +99,6 @@ def run_in_module(prepared: Prepared, engine: Engine = Memory.run) -> ModuleRun:
     inputs_at = memory.put(inputs)
     epochs = [(tick, lane_parameters(scenario)) for tick, scenario in prepared.epochs]
     tables_at = memory.put(TABLES.values)
-    laws_at = memory.put(np.zeros((LAW_ROWS, LANES_PER_VARIANT)))
     start, end = prepared.window
     path_at = memory.put(prepared.reference.position)
     kept_at = memory.put(np.empty(ticks, dtype=np.int64))
@@ -120,9 +118,7 @@ def run_in_module(prepared: Prepared, engine: Engine = Memory.run) -> ModuleRun:
             at = (inputs_at + first * per_tick, samples_at + first * sample_size)
             tables = [tables_at] if any(reads_tables(parameters)) else []
             function = "run_tables" if tables else "run"
-            memory.call(
-                function, memory.put(parameters), state_at, *at, laws_at, *tables, last - first
-            )
+            memory.call(function, memory.put(parameters), state_at, *at, *tables, last - first)
         window_at = samples_at + start * sample_size
         tallies[name] = new_tally(LANES_PER_VARIANT)
         tally_at = memory.result(tallies[name])

@@ -210,7 +210,7 @@ def advance(  # noqa: PLR0913, PLR0917 - a tuple of arrays takes longer to pass
                 error = _capped(sample.following_error, par.limits.error)
                 total_squares = total_squares + error * error
         write_state(s, state[block])
-        leave_laws(state[block], laws.rows)
+        leave_laws(state[block], laws)
 
         # observe
         _gather(inputs, clock, ticks, block, rows)

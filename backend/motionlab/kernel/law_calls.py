@@ -17,7 +17,6 @@ from numba import types
 from numba.extending import intrinsic, overload
 from numpy.typing import NDArray
 
-from motionlab.config.planar import AXES
 from motionlab.control.position import PositionController
 from motionlab.kernel.layout import (
     CONTROLLER,
@@ -106,50 +105,39 @@ class Laws(NamedTuple):
     rows: Array  # (vectors, ROWS, WIDTH); overwritten
 
 
-class InlineLaws(NamedTuple):
-    """The laws of one variant, whose two lanes have the same one, in code that contains them."""
-
-    rows: Array  # (1, ROWS, lanes); overwritten
-
-
 @compiled
 def enter_laws(parameters: Array, state: Array, laws: Laws) -> None:
     """Write parameters and state of lanes into the rows of their laws' calls."""
-    enter_rows(parameters, state, laws.rows)
-    laws.used[:] = 0
-    for vector in range(laws.rows.shape[0]):
-        for lane in range(WIDTH):
-            laws.used[int(laws.rows[vector, _NUMBER, lane])] = 1
-
-
-@compiled
-def enter_rows(parameters: Array, state: Array, rows: Array) -> None:
-    """Write parameters and state of lanes into rows."""
-    width = rows.shape[2]
+    used, rows = laws.used, laws.rows
+    used[:] = 0
     for vector in range(rows.shape[0]):
-        for lane in range(width):
-            place = vector * width + lane
+        for lane in range(WIDTH):
+            place = vector * WIDTH + lane
             for row in range(_STATE):
                 rows[vector, row, lane] = parameters[_FROM[row], place]
             for row in range(_STATES):
                 rows[vector, _STATE + row, lane] = state[LAW_STATE + row, place]
+            used[int(rows[vector, _NUMBER, lane])] = 1
 
 
 @compiled
-def leave_laws(state: Array, rows: Array) -> None:
+def leave_laws(state: Array, laws: Laws) -> None:
     """Write the state of laws back into the state of their lanes."""
-    width = rows.shape[2]
+    rows = laws.rows
     for vector in range(rows.shape[0]):
-        for lane in range(width):
+        for lane in range(WIDTH):
             for row in range(_STATES):
-                state[LAW_STATE + row, vector * width + lane] = rows[vector, _STATE + row, lane]
+                state[LAW_STATE + row, vector * WIDTH + lane] = rows[vector, _STATE + row, lane]
 
 
 @compiled
 def estimate_friction(laws: Laws, motion: Motion) -> Estimate:
     """Return the friction estimate of each lane by its own law, and step the laws' states."""
     store_vectors(motion, laws.rows, _MOTION)
-    call_laws(laws)
+    for law in range(laws.addresses.shape[0]):
+        if laws.used[law] != 0:
+            for vector in range(laws.rows.shape[0]):
+                call_law(law, laws.addresses, laws.rows, vector)
     return load_vectors(Estimate, laws.rows, _ESTIMATE, motion.p)
 
 
@@ -194,21 +182,20 @@ def _overload_chosen(mask: Any, values: Any, others: Any) -> Any:
     return scope["chosen"]
 
 
-def on_rows(number: int, law: Law, width: int = WIDTH) -> Callable[[Array], None]:
-    """Return the function that calls a law on the rows of some lanes, (ROWS, width)."""
+def on_rows(number: int, law: Law) -> Callable[[Array], None]:
+    """Return the function that calls a law on the rows of eight lanes, (ROWS, WIDTH)."""
     step, par_record, state_record = law.step, law.Parameters, law.State
     stateless = not state_record._fields
 
     @compiled
     def call(rows: Array) -> None:
-        par = unpack(par_record, rows, _PARAMETERS, width)
-        state = unpack(state_record, rows, _STATE, width)
-        motion = unpack(Motion, rows, _MOTION, width)
-        friction = unpack(LuGre, rows, _FRICTION, width)
-        known = seen(unpack(PositionController, rows, _CONTROLLER, width), friction, motion)
+        par = unpack(par_record, rows, _PARAMETERS)
+        state = unpack(state_record, rows, _STATE)
+        motion, friction = unpack(Motion, rows, _MOTION), unpack(LuGre, rows, _FRICTION)
+        known = seen(unpack(PositionController, rows, _CONTROLLER), friction, motion)
         estimate, after = step(par, state, known)
-        own = unpack(_Number, rows, _NUMBER, width).law == float(number)
-        before = unpack(Estimate, rows, _ESTIMATE, width)
+        own = unpack(_Number, rows, _NUMBER).law == float(number)
+        before = unpack(Estimate, rows, _ESTIMATE)
         pack(_chosen(own, estimate, before), rows[_ESTIMATE:ROWS])
         if not stateless:
             pack(_chosen(own, after, state), rows[_STATE : _STATE + len(state)])
@@ -289,38 +276,17 @@ def _compile(number: int) -> None:
     _ADDRESSES[number] = at.address
 
 
-def call_laws(laws: Laws) -> None:
-    """Call the laws that lanes have, on the rows of each vector."""
-    for law in np.flatnonzero(laws.used).tolist():
-        for vector in laws.rows:
-            _CODE[law](vector)
+def call_law(law: int, _addresses: NDArray[np.int64], rows: Array, vector: int) -> None:
+    """Call a law on the rows of one vector of lanes."""
+    _CODE[law](rows[vector])
 
 
-@overload(call_laws, jit_options={"forceinline": True}, strict=False)
-def _overload_call_laws(laws: Any) -> Any:
-    if laws.instance_class is InlineLaws:
-        return _inline_calls()
+@overload(call_law, inline="always", strict=False)
+def _overload_call_law(law: Any, _addresses: Any, rows: Any, vector: Any) -> Any:
+    def at_address(law: int, _addresses: NDArray[np.int64], rows: Array, vector: int) -> None:
+        _call(_addresses[law], rows, vector)  # pyright: ignore[reportCallIssue]
 
-    def at_addresses(laws: Laws) -> None:
-        for law in range(laws.addresses.shape[0]):
-            if laws.used[law] != 0:
-                for vector in range(laws.rows.shape[0]):
-                    _call(  # pyright: ignore[reportCallIssue]
-                        laws.addresses[law], laws.rows, vector
-                    )
-
-    return at_addresses
-
-
-def _inline_calls() -> Callable[[Any], None]:
-    """Return a function that calls the law of one vector's first lane, which all of them have."""
-    lines = ["def inline(laws):", "    rows = laws.rows[0]", f"    law = rows[{_NUMBER}, 0]"]
-    scope: dict[str, Any] = {}
-    for number, law in enumerate(LAWS_BY_NUMBER):
-        scope[f"call_{number}"] = on_rows(number, law, len(AXES))
-        lines += [f"    if law == {number}.0:", f"        call_{number}(rows)"]
-    exec("\n".join(lines), scope)
-    return scope["inline"]
+    return at_address
 
 
 @intrinsic

@@ -113,7 +113,7 @@ def _score(  # noqa: PLR0913, PLR0917 - as the tick
             break
     restore_mode(mode)
     write_state(s, state)
-    leave_laws(state, laws.rows)
+    leave_laws(state, laws)
 
 
 # One function for each width: numba keeps no compiled function that closes over another.

@@ -212,10 +212,27 @@ def tick(  # noqa: PLR0913, PLR0917 - as `control`
     Without `tables` every lane has analytic maps and shares its force by the closed form. A force
     `extra`, N, if there is one, is added to the controller's.
     """
-    machine = s.plant
-    p_meas = measure(par.encoder, machine.p + machine.y, at.encoder_noise)
-    memory, made, signals = control(par, s, at, p_meas, tables, laws, extra)
-    acting = in_effect(par, s.pending, made)
+    p_meas = measured_position(par, s, at)
+    return act(par, s, at, control(par, s, at, p_meas, tables, laws, extra), tables)
+
+
+@compiled
+def measured_position(par: Parameters, s: State, at: Inputs) -> Lanes:
+    """Return the position that the encoder reads at the start of a period, m."""
+    return measure(par.encoder, s.plant.p + s.plant.y, at.encoder_noise)
+
+
+@compiled
+def act(
+    par: Parameters,
+    s: State,
+    at: Inputs,
+    controlled: tuple[ControllerState, Command, Signals],
+    tables: NDArray[np.float64] | None,
+) -> tuple[State, Sample]:
+    """Return what `tick` does, given what `control` made of the period's start."""
+    memory, made, signals = controlled
+    machine, acting = s.plant, in_effect(par, s.pending, made)
 
     # record
     ideal = par.controller.ideal_force > 0.0
@@ -228,7 +245,7 @@ def tick(  # noqa: PLR0913, PLR0917 - as `control`
     limit = par.controller.force_limit
     sample = Sample(
         position=machine.p,
-        position_measured=p_meas,
+        position_measured=memory.p_last,
         following_error=signals.error,
         velocity=machine.v,
         velocity_measured=signals.v,
@@ -297,7 +314,7 @@ def control_once(
     acting = in_effect(par, s.pending, made)
     restore_mode(mode)
     write_state(State(s.plant, memory, acting, made, s.age, s.failed), state)
-    leave_laws(state, laws.rows)
+    leave_laws(state, laws)
 
 
 def run_ticks(
@@ -360,4 +377,4 @@ def run_lanes(  # noqa: PLR0913, PLR0917 - as `tick`
         record(sample, samples, k)
     restore_mode(mode)
     write_state(s, state)
-    leave_laws(state, laws.rows)
+    leave_laws(state, laws)

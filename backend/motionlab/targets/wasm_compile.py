@@ -17,7 +17,6 @@ from numba import int64, types
 
 import motionlab.lanes.compiler  # noqa: F401 - numba learns the lanes' types
 from motionlab.kernel.accumulator import Tally
-from motionlab.kernel.law_calls import ROWS as LAW_ROWS
 from motionlab.kernel.layout import PARAMETERS, STATES, Inputs
 from motionlab.lanes import model_hash
 from motionlab.targets.wasm_exports import EXPORTS, LANES, Block, Export
@@ -44,7 +43,6 @@ def description() -> dict[str, Any]:
         "inputs": Inputs._fields,
         "channels": [channel.name for channel in CHANNELS],
         "tally": Tally._fields,
-        "law_rows": LAW_ROWS,
         "exports": {each.function.__name__: _names(each) for each in EXPORTS},
     }
 

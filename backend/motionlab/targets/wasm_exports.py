@@ -13,14 +13,16 @@ from numpy.typing import NDArray
 from motionlab.analysis.contouring import write_nearest
 from motionlab.config.planar import AXES
 from motionlab.kernel.accumulator import TALLY_ROWS, Tally, Target, one_more
-from motionlab.kernel.law_calls import ROWS as LAW_ROWS
-from motionlab.kernel.law_calls import InlineLaws, enter_rows, leave_laws
+from motionlab.kernel.law_calls import seen
 from motionlab.kernel.layout import (
     INPUT_ROWS,
+    LAW_NUMBER,
+    LAW_STATE,
     PARAMETER_ROWS,
     SAMPLE_ROWS,
     STATE_ROWS,
     Inputs,
+    LawState,
     PlantState,
     State,
     groups,
@@ -28,9 +30,10 @@ from motionlab.kernel.layout import (
     write_state,
 )
 from motionlab.kernel.score import measured
-from motionlab.kernel.tick import tick
+from motionlab.kernel.tick import act, command, measured_position, observe_motion
 from motionlab.lanes import Lanes, axes_at, compiled, pack, record, recorded, select, unpack
 from motionlab.lanes.bank import NUMBERS_MOST
+from motionlab.targets.wasm_laws import estimate_friction
 from motionlab.telemetry.channels import Sample
 from motionlab.telemetry.decimate import write_extremes
 from motionlab.timing import CONTROL_PERIOD
@@ -91,42 +94,36 @@ def _current(i: Lanes) -> Lanes:
 
 
 @compiled
-def _advance(  # noqa: PLR0913, PLR0917 - as `run_tables`
-    parameters: Array,
-    state: Array,
-    inputs: Array,
-    samples: Samples,
-    tables: Array | None,
-    law_rows: Array,
+def _advance(
+    parameters: Array, state: Array, inputs: Array, samples: Samples, tables: Array | None
 ) -> None:
-    enter_rows(parameters, state, law_rows)
-    laws = InlineLaws(law_rows)
     width = unpack(PlantState, state, 0, LANES).p
     par = groups(parameters, width)
     s = read_state(state, width)
+    number, law_state = int(parameters[LAW_NUMBER, 0]), unpack(LawState, state, LAW_STATE, width)
     for k in range(len(inputs)):
-        s, sample = tick(par, s, axes_at(Inputs, inputs, k, width), tables, laws, None)
+        at = axes_at(Inputs, inputs, k, width)
+        motion = observe_motion(par, s, at, measured_position(par, s, at))
+        known = seen(par.controller, par.model_friction, motion)
+        estimate, law_state = estimate_friction(number, par.law, law_state, known)
+        controlled = command(par, s, motion, estimate, tables, None)
+        s, sample = act(par, s, at, controlled, tables)
         record(sample, samples, k)
         s = _without_traces(s)
     write_state(s, state)
-    leave_laws(state, law_rows)
+    pack(law_state, state[LAW_STATE:])
 
 
-def run(parameters: Array, state: Array, inputs: Array, samples: Samples, law_rows: Array) -> None:
+def run(parameters: Array, state: Array, inputs: Array, samples: Samples) -> None:
     """Advance lanes without tables, as `motionlab.kernel.tick.run_ticks` does."""
-    _advance(parameters, state, inputs, samples, None, law_rows)
+    _advance(parameters, state, inputs, samples, None)
 
 
-def run_tables(  # noqa: PLR0913, PLR0917 - what a run reads and writes
-    parameters: Array,
-    state: Array,
-    inputs: Array,
-    samples: Samples,
-    law_rows: Array,
-    tables: Array,
+def run_tables(
+    parameters: Array, state: Array, inputs: Array, samples: Samples, tables: Array
 ) -> None:
     """Advance lanes of which at least one reads tables."""
-    _advance(parameters, state, inputs, samples, tables, law_rows)
+    _advance(parameters, state, inputs, samples, tables)
 
 
 def add_ticks(samples: Samples, inputs: Array, first: int, tally: Array) -> None:
@@ -158,12 +155,11 @@ _INPUTS = Block("inputs", float64, ("ticks", INPUT_ROWS, LANES))
 _SAMPLES = Block("samples", float32, ("ticks", SAMPLE_ROWS, LANES))
 _ERRORS = Block("following_error", float32, ("ticks", LANES), (SAMPLE_ROWS * LANES, 1))
 _TALLY = Block("tally", float64, (TALLY_ROWS, LANES))
-_LAW_ROWS = Block("law_rows", float64, (1, LAW_ROWS, LANES))
 _TABLES = Block("tables", float64, (NUMBERS_MOST,))
 
 EXPORTS = (
-    Export(run, (_PARAMETERS, _STATE, _INPUTS, _SAMPLES, _LAW_ROWS)),
-    Export(run_tables, (_PARAMETERS, _STATE, _INPUTS, _SAMPLES, _LAW_ROWS, _TABLES)),
+    Export(run, (_PARAMETERS, _STATE, _INPUTS, _SAMPLES)),
+    Export(run_tables, (_PARAMETERS, _STATE, _INPUTS, _SAMPLES, _TABLES)),
     Export(add_ticks, (_SAMPLES, _INPUTS, "first", _TALLY)),
     Export(
         extremes,

@@ -27,7 +27,7 @@ export class Engine {
   private inputs: Inputs | null = null;
   private slots = new Map<string, Slot>();
   /** Pointers of what runs share. */
-  private at = { inputs: 0, laws: 0, tables: 0, path: 0 };
+  private at = { inputs: 0, tables: 0, path: 0 };
   /** Points of the path, and those before the first tick. */
   private path = { points: 0, before: 0 };
 
@@ -48,8 +48,7 @@ export class Engine {
     this.slots = new Map();
     this.memory.release();
     const tables = this.memory.put(inputs.tables);
-    const laws = this.memory.place(BYTES * LANES * this.about.law_rows);
-    this.at = { tables, laws, inputs: this.putInputs(inputs), path: this.putPath(inputs) };
+    this.at = { tables, inputs: this.putInputs(inputs), path: this.putPath(inputs) };
     this.inputs = inputs;
   }
 
@@ -66,8 +65,8 @@ export class Engine {
       const [row, sample] = [this.inputAt(start), this.sampleAt(slot, start)];
       const ticks = end - start;
       if (run.tabled) {
-        kernel.run_tables(slot.parameters, slot.state, row, sample, at.laws, at.tables, ticks);
-      } else kernel.run(slot.parameters, slot.state, row, sample, at.laws, ticks);
+        kernel.run_tables(slot.parameters, slot.state, row, sample, at.tables, ticks);
+      } else kernel.run(slot.parameters, slot.state, row, sample, ticks);
     });
     const failed = rowOf(about.state, 'failed') * LANES;
     const ended = [state[failed], state[failed + 1]].filter(

@@ -11,26 +11,16 @@ export interface About {
   inputs: readonly string[];
   channels: readonly string[];
   tally: readonly string[];
-  /** Rows of the calls of laws. */
-  law_rows: number;
 }
 
 /** Pointers are byte offsets in the module's memory; docs/targets.md has the arrays. */
 export interface Exports {
-  run(
-    parameters: number,
-    state: number,
-    inputs: number,
-    samples: number,
-    law_rows: number,
-    ticks: number,
-  ): void;
+  run(parameters: number, state: number, inputs: number, samples: number, ticks: number): void;
   run_tables(
     parameters: number,
     state: number,
     inputs: number,
     samples: number,
-    law_rows: number,
     tables: number,
     ticks: number,
   ): void;

@@ -1,0 +1,55 @@
+"""The laws of friction compensation in the WebAssembly module: all of them, one chosen by a run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from motionlab.kernel.law_calls import LAWS_BY_NUMBER
+from motionlab.kernel.layout import LawParameters, LawState
+from motionlab.lanes import Lanes, compiled, select
+from motionlab.laws.law import Estimate, Seen
+
+Choice = Callable[[int, LawParameters, LawState, Seen], tuple[Estimate, LawState]]
+
+
+@compiled
+def _lanes(value: Lanes, known: Seen) -> Lanes:
+    """Return a number in every lane, as a law may give one for all."""
+    return select(known.age >= 0.0, value, value)
+
+
+def _choice() -> Choice:
+    """Return the function that calls a law by its number in the kernel.
+
+    Its text has a branch for each law, with the law's own records: compiled code cannot choose
+    between functions.
+    """
+    scope: dict[str, Any] = {"Estimate": Estimate, "LawState": LawState, "lanes": _lanes}
+    lines = ["def estimate_friction(number, par, state, known):"]
+    for number, law in enumerate(LAWS_BY_NUMBER):
+        parameters = "".join(f"par[{k}]," for k in range(len(law.Parameters._fields)))
+        rows = len(law.State._fields)
+        own = "".join(f"state[{k}]," for k in range(rows))
+        after = (f"lanes(after[{k}], known)" for k in range(rows))
+        rest = (f"state[{k}]" for k in range(rows, len(LawState._fields)))
+        scope |= {
+            f"step_{number}": law.step,
+            f"Parameters_{number}": law.Parameters,
+            f"State_{number}": law.State,
+        }
+        last = number == len(LAWS_BY_NUMBER) - 1
+        lines += [
+            "    if True:" if last else f"    if number == {number}:",
+            f"        own, before = Parameters_{number}({parameters}), State_{number}({own})",
+            f"        estimate, after = step_{number}(own, before, known)",
+            "        force, z, K = estimate",
+            "        force, z, K = lanes(force, known), lanes(z, known), lanes(K, known)",
+            f"        return Estimate(force, z, K), LawState({', '.join((*after, *rest))})",
+        ]
+    exec("\n".join(lines), scope)
+    return scope["estimate_friction"]
+
+
+estimate_friction: Choice = compiled(_choice())
+"""Return the friction estimate by the law of a number, and the law's next state."""
