@@ -52,7 +52,7 @@ def module(arch: str) -> Iterator[Row]:
         prepared = prepare(load_scenario(name))
         found = differences(prepared, run_in_module(prepared).recording)
         for variant, difference in found.items():
-            yield _agreement(f"{name} {variant}", prepared, difference)
+            yield from _agreement(f"{name} {variant}", prepared, difference)
 
 
 def _speed(arch: str) -> Iterator[Row]:
@@ -116,15 +116,20 @@ def _times(prepared: Prepared, function: str) -> dict[str, float]:
     return {function: run_a + run_b, **dict(zip(_ONE_VARIANT, others, strict=True))}
 
 
-def _agreement(what: str, prepared: Prepared, difference: Difference) -> Row:
-    """Return the largest difference of the following error and of the metrics."""
+def _agreement(what: str, prepared: Prepared, difference: Difference) -> Iterator[Row]:
+    """Yield the largest differences of the following error, of any channel and of any metric."""
     counts = difference.channels["following_error"] / _COUNT
     share = difference.ticks / prepared.reference.ticks
     metric = max(difference.metrics.values(), default=0.0)
-    return Row(
+    yield Row(
         what,
         "",
         f"{counts:.0f} counts",
         f"in {100 * share:.1f} % of ticks",
         f"{100 * metric:.2g} %",
     )
+    gaps = {
+        name: gap / (difference.scales[name] or 1.0) for name, gap in difference.channels.items()
+    }
+    worst = max(gaps, key=lambda name: gaps[name])
+    yield Row("  channel that differs most", "", f"{100 * gaps[worst]:.2g} %", worst)

@@ -154,7 +154,7 @@ class Server:
 @pytest.fixture(scope="session")
 def shared_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     if not (ROOT / "frontend" / "dist" / "index.html").is_file():
-        missing("the page is not built: frontend/npm run build")
+        missing("the page is not built: make frontend/dist/index.html")
     server = Server(tmp_path_factory.mktemp("data"))
     yield server
     server.stop()

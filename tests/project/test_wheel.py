@@ -64,7 +64,7 @@ def files(folder: Path) -> set[str]:
 def checkout(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a copy of the checkout without git, the page in it built, of the help a page."""
     if not (DIST / "index.html").is_file():
-        missing("the page is not built: frontend/npm run build")
+        missing("the page is not built: make frontend/dist/index.html")
     listed = subprocess.run(
         ["git", "ls-files", "--cached", "--others", "--exclude-standard"],
         cwd=ROOT,
