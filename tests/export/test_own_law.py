@@ -42,7 +42,8 @@ def relay(par: RelayParameters, state: RelayState, seen: Seen) -> tuple[Estimate
     """Estimate friction as ``level side + sigma_2 v_ref``."""
     side = select(seen.v_ref > par.zone, 1.0, state.side)
     side = select(seen.v_ref < -par.zone, -1.0, side)  # between, it stays
-    return Estimate(par.level * side + seen.friction.sigma_2 * seen.v_ref), RelayState(side)
+    force = par.level * side + seen.friction.sigma_2 * seen.v_ref
+    return Estimate(force, z=0.0, K=0.0), RelayState(side)
 
 
 LAW = Law(

@@ -176,11 +176,8 @@ def _chosen(mask: Any, values: Any, others: Any) -> Any:
 
 @overload(_chosen, strict=False)
 def _overload_chosen(mask: Any, values: Any, others: Any) -> Any:
-    record = others.instance_class
-    given = [f"values[{k}]" for k in range(len(values))]
-    given += [repr(record._field_defaults[name]) for name in record._fields[len(given) :]]
-    terms = ", ".join(f"select(mask, {value}, others[{k}])" for k, value in enumerate(given))
-    scope = {"select": select, "record": record}
+    terms = ", ".join(f"select(mask, values[{k}], others[{k}])" for k in range(len(others)))
+    scope = {"select": select, "record": others.instance_class}
     exec(f"def chosen(mask, values, others):\n    return record({terms})", scope)
     return scope["chosen"]
 

@@ -48,8 +48,8 @@ class Estimate(NamedTuple):
     """What a law gives in a control period."""
 
     force: Lanes  # friction estimate, which is added to the command, N
-    z: Lanes = 0.0  # bristle estimate at the end of the period, m
-    K: Lanes = 0.0  # adaptation term, m/s
+    z: Lanes  # bristle estimate at the end of the period, m; 0 of a law without a bristle
+    K: Lanes  # adaptation term, m/s; 0 of a law without one
 
 
 class NoState(NamedTuple):
