@@ -69,6 +69,7 @@ def _compiled(export: Export, machine: Any) -> Any:
     (overload,) = dispatcher.overloads.values()
     name, inner = export.function.__name__, overload.fndesc.llvm_func_name
     code = overload.library.get_llvm_str()
+    # numba compiles for this machine's memory layout, which is no part of what the code does.
     for key, value in (("datalayout", machine.target_data), ("triple", machine.triple)):
         code = re.sub(f"^target {key} = .*$", f'target {key} = "{value}"', code, flags=re.M)
     module = llvm.parse_assembly(code)
@@ -76,7 +77,7 @@ def _compiled(export: Export, machine: Any) -> Any:
     for function in module.functions:
         if function.name != name and not function.is_declaration:
             function.linkage = "internal"
-            function.add_function_attribute("alwaysinline")
+            function.add_function_attribute("alwaysinline")  # calls with results need a stack
     for variable in module.global_variables:
         variable.linkage = "internal"
     tuning = llvm.create_pipeline_tuning_options(speed_level=_OPTIMISATION)
