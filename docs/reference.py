@@ -149,10 +149,10 @@ def _value(value):
 def channels():
     """Return the recorded channels of a lane, and those that all variants share."""
 
-    def rows(prefix, found):
-        return ((f"`{prefix}{each.name}`", each.unit, each.meaning) for each in found)
+    def rows(prefix, table):
+        return ((f"`{prefix}{each.name}`", each.unit, each.meaning, each.owner) for each in table)
 
-    head = ("channel", "unit", "meaning")
+    head = ("channel", "unit", "meaning", "of")
     return (
         f"## Of each axis\n\n{_table(head, rows('x.', REFERENCES))}\n"
         f"## Of each variant and axis\n\n{_table(head, rows('B.x.', CHANNELS))}"

@@ -21,16 +21,6 @@ SERVED = {
 }
 """Names of REST documents, and the files that declare them: they stay."""
 
-LEFT = {
-    "control",
-    "force_sharing",
-    "kernel",
-    "lanes",
-    "motor_design/fem/cells.py",
-    "plant",
-}
-"""Rooms and files that still have such names; everywhere else they are refused."""
-
 
 def names(tree: ast.AST) -> Iterator[str]:
     """Return what a module calls its variables, arguments, attributes, functions and classes."""
@@ -58,22 +48,10 @@ def refused(path: Path) -> int:
     return sum(word in REFUSED and place not in SERVED.get(word, ()) for word in words)
 
 
-def uses_in(place: str) -> Counter[str]:
-    """Return the uses of refused names in each file of a room, or in a file."""
-    path = PACKAGE / place
-    files = path.rglob("*.py") if path.is_dir() else [path]
-    return +Counter({file.relative_to(PACKAGE).as_posix(): refused(file) for file in files})
-
-
 def test_names_say_what_they_hold() -> None:
-    uses = uses_in(".")
-    for place in LEFT:
-        uses -= uses_in(place)
-    assert uses == {}
-
-
-def test_no_place_is_listed_that_is_clean() -> None:
-    assert [place for place in LEFT if not uses_in(place)] == []
+    files = PACKAGE.rglob("*.py")
+    uses = Counter({file.relative_to(PACKAGE).as_posix(): refused(file) for file in files})
+    assert +uses == {}
 
 
 def test_files_of_the_page_say_what_they_hold() -> None:

@@ -59,15 +59,15 @@ def sampled_notch(*, frequency: float, damping: float, gain: float) -> Notch:
 
 @compiled
 def notched(
-    notch: Notch, wanted: Lanes, feedback: Lanes, n_1: Lanes, n_2: Lanes
+    notch: Notch, force: Lanes, feedback: Lanes, n_1: Lanes, n_2: Lanes
 ) -> tuple[Lanes, Lanes, Lanes]:
-    """Return `wanted`, N, with its part `feedback` filtered, and the filter's next two states, N.
+    """Return `force`, N, with its part `feedback` filtered, and the filter's next two states, N.
 
-    The filter's change is added, so that a filter of gain 1 leaves every bit of `wanted`.
+    The filter's change is added, so that a filter of gain 1 leaves every bit of `force`.
     """
     passed = notch.b_0 * feedback + n_1
     return (
-        wanted + (passed - feedback),
+        force + (passed - feedback),
         notch.b_1 * feedback - notch.a_1 * passed + n_2,
         notch.b_2 * feedback - notch.a_2 * passed,
     )

@@ -91,32 +91,32 @@ def share_by_law(model: ForceModel, tables: Array | None, position: Lanes, force
     b = _phase(model, tables, turns.b, shape.b, sense)
     c = _phase(model, tables, turns.c, shape.c, sense)
 
-    wanted = abs(force)
-    part = _shares(model, tables, Phases(a, b, c), wanted, forward)
-    f_a = clip(wanted * part.a, 0.0, a.most)
-    f_b = clip(wanted * part.b, 0.0, b.most)
-    f_c = clip(wanted * part.c, 0.0, c.most)
+    magnitude = abs(force)
+    part = _shares(model, tables, Phases(a, b, c), magnitude, forward)
+    f_a = clip(magnitude * part.a, 0.0, a.most)
+    f_b = clip(magnitude * part.b, 0.0, b.most)
+    f_c = clip(magnitude * part.c, 0.0, c.most)
     # The others make up for a phase at its limit, as far as they can.
-    left = wanted - (f_a + f_b + f_c)
+    left = magnitude - (f_a + f_b + f_c)
     room = (a.most - f_a) + (b.most - f_b) + (c.most - f_c)
     passed = clip(left / select(room > _TINY, room, _TINY), 0.0, 1.0)
     passed = select(model.sharing.law == FORCE_PER_AMPERE, passed, 0.0)
     f_a = f_a + passed * (a.most - f_a)
     f_b = f_b + passed * (b.most - f_b)
     f_c = f_c + passed * (c.most - f_c)
-    limited = wanted - (f_a + f_b + f_c) > 1e-9 * wanted
+    limited = magnitude - (f_a + f_b + f_c) > 1e-9 * magnitude
 
     current = Phases(
         _current(model, tables, a, f_a),
         _current(model, tables, b, f_b),
         _current(model, tables, c, f_c),
     )
-    given = (
-        _given(model.map, tables, a, current.a, sense)
-        + _given(model.map, tables, b, current.b, sense)
-        + _given(model.map, tables, c, current.c, sense)
+    realised = (
+        _thrust(model.map, tables, a, current.a, sense)
+        + _thrust(model.map, tables, b, current.b, sense)
+        + _thrust(model.map, tables, c, current.c, sense)
     )
-    return Share(current, select(forward, given, -given), limited)
+    return Share(current, select(forward, realised, -realised), limited)
 
 
 @compiled
@@ -138,17 +138,17 @@ def _phase(model: ForceModel, tables: Array, turns: Lanes, shape: Lanes, sense: 
 
 @compiled
 def _shares(
-    model: ForceModel, tables: Array, phases: Phases, wanted: Lanes, forward: Lanes
+    model: ForceModel, tables: Array, phases: Phases, magnitude: Lanes, forward: Lanes
 ) -> Phases:
     """Return the part of the commanded force that each phase is to give."""
     sharing, (a, b, c) = model.sharing, phases
     squares = a.most * a.most + b.most * b.most + c.most * c.most
     scale = 1.0 / select(squares > _TINY, squares, _TINY)
-    f = _least_loss(model.map.formula, a.x, b.x, c.x, wanted)
+    f = _least_loss(model.map.formula, a.x, b.x, c.x, magnitude)
     sum_f = f.a + f.b + f.c
     per = 1.0 / select(sum_f > _TINY, sum_f, _TINY)
     whole = a.whole + b.whole + c.whole
-    level = clip(wanted / select(whole > _TINY, whole, _TINY), 0.0, 1.0) * SHARE_LEVELS
+    level = clip(magnitude / select(whole > _TINY, whole, _TINY), 0.0, 1.0) * SHARE_LEVELS
     tabled = model.map.table.thrust >= 0.0
     least = Phases(
         select(tabled, _tabled(sharing, tables, a.turns, level, forward), f.a * per),
@@ -171,7 +171,7 @@ def _by_law(
 
 
 @compiled
-def _least_loss(force_map: AnalyticMap, a: Lanes, b: Lanes, c: Lanes, wanted: Lanes) -> Phases:
+def _least_loss(force_map: AnalyticMap, a: Lanes, b: Lanes, c: Lanes, magnitude: Lanes) -> Phases:
     """Return the forces of least copper loss on the analytic map, up to a common factor.
 
     With ``F = G (1 - 1/(1 + B q)) x``, ``G = F_pk (1 + B)/B``, the loss sum q is least where
@@ -180,7 +180,7 @@ def _least_loss(force_map: AnalyticMap, a: Lanes, b: Lanes, c: Lanes, wanted: La
     """
     knee = force_map.I_pk * (1.0 / force_map.I_knee)
     asymptote = (1.0 + knee * knee) / (knee * knee)
-    y = wanted / (force_map.F_pk * asymptote)
+    y = magnitude / (force_map.F_pk * asymptote)
     r_a, r_b, r_c = square_root(a), square_root(b), square_root(c)
     strongest = select(a > b, a, b)
     strongest = select(c > strongest, c, strongest)
@@ -233,16 +233,16 @@ def _current(model: ForceModel, tables: Array, phase: _Phase, force: Lanes) -> L
     column, u = cell(phase.turns * INVERSE_POSITIONS, INVERSE_POSITIONS)
     row, w = cell(level * INVERSE_LEVELS, INVERSE_LEVELS)
     first = select(sharing.inverse > 0.0, sharing.inverse, 0.0)
-    found = _between(tables, first + 4.0 * (column * INVERSE_LEVELS + row), u, w)
-    return select(model.map.table.thrust >= 0.0, clip(found, 0.0, sharing.current_limit), closed)
+    current = _between(tables, first + 4.0 * (column * INVERSE_LEVELS + row), u, w)
+    return select(model.map.table.thrust >= 0.0, clip(current, 0.0, sharing.current_limit), closed)
 
 
 @compiled
-def _given(motor_map: MotorMap, tables: Array, phase: _Phase, i: Lanes, sense: Lanes) -> Lanes:
+def _thrust(motor_map: MotorMap, tables: Array, phase: _Phase, i: Lanes, sense: Lanes) -> Lanes:
     """Return the thrust of a current in the commanded direction, N."""
-    found = sense * phase_thrust(motor_map.table, tables, phase.turns, i)
+    force = sense * phase_thrust(motor_map.table, tables, phase.turns, i)
     closed = motor_map.formula.F_pk * force_fraction(motor_map.formula, i) * phase.x
-    return select(motor_map.table.thrust >= 0.0, found, closed)
+    return select(motor_map.table.thrust >= 0.0, force, closed)
 
 
 @compiled

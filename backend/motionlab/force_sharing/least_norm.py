@@ -41,9 +41,9 @@ def share_force(
     current = Phases(
         current_for(force_map, y_a), current_for(force_map, y_b), current_for(force_map, y_c)
     )
-    given = force_map.F_pk * (y_a * x_a + y_b * x_b + y_c * x_c)
+    realised = force_map.F_pk * (y_a * x_a + y_b * x_b + y_c * x_c)
     limited = (scale * x_a > most) | (scale * x_b > most) | (scale * x_c > most)
-    return Share(current, select(forward, given, -given), limited)
+    return Share(current, select(forward, realised, -realised), limited)
 
 
 @compiled

@@ -31,7 +31,7 @@ class Forces(NamedTuple):
     normal: Array  # N, shape (n,)
 
 
-class _Asked(NamedTuple):
+class _Query(NamedTuple):
     position: Lanes
     force: Lanes
 
@@ -76,12 +76,12 @@ def share_over(model: ForceModel, *, position: ArrayLike, force: ArrayLike) -> S
     Shared
         Bit-identical to the kernel's commands at these positions.
     """
-    place, wanted = np.broadcast_arrays(np.asarray(position, dtype=float), force)
-    asked = _blocks(place, wanted)
-    answers = np.empty((len(asked), len(_Answer._fields), WIDTH))
+    place, command = np.broadcast_arrays(np.asarray(position, dtype=float), force)
+    queries = _blocks(place, command)
+    answers = np.empty((len(queries), len(_Answer._fields), WIDTH))
     tabled = model.map.table.thrust >= 0.0 or model.sharing.law != LEAST_NORM
     rows = _rows(*model.map.formula, *model.map.table, *model.sharing)
-    _share(rows, asked, answers, TABLES.values if tabled else None)
+    _share(rows, queries, answers, TABLES.values if tabled else None)
     flat = _columns(answers, place.size)
     return Shared(flat[:3], flat[3], flat[4] > 0.0)
 
@@ -127,8 +127,8 @@ def forces_of_phases(
     """
     place = np.repeat(np.asarray(position, dtype=float), 3)
     alone = np.asarray(current, dtype=float)[:, :, None] * np.eye(3)
-    found = forces_over(motor_map, position=place, current=alone.reshape(-1, 3).T)
-    return found.thrust.reshape(-1, 3), found.normal.reshape(-1, 3)
+    forces = forces_over(motor_map, position=place, current=alone.reshape(-1, 3).T)
+    return forces.thrust.reshape(-1, 3), forces.normal.reshape(-1, 3)
 
 
 def _rows(*values: float) -> Array:
@@ -153,10 +153,10 @@ def _map(rows: Array) -> MotorMap:
 
 
 @cached
-def _share(rows: Array, asked: Array, answers: Array, tables: Array | None) -> None:
+def _share(rows: Array, queries: Array, answers: Array, tables: Array | None) -> None:
     model = ForceModel(_map(rows), unpack(SharingFunction, rows, _MAP + _TABLE))
-    for k in range(asked.shape[0]):
-        q = unpack(_Asked, asked[k], 0)
+    for k in range(queries.shape[0]):
+        q = unpack(_Query, queries[k], 0)
         share = share_by_law(model, tables, q.position, q.force)
         i = share.current
         answer = _Answer(i.a, i.b, i.c, share.force, select(share.limited, 1.0, 0.0))

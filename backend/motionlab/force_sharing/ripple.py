@@ -84,15 +84,15 @@ def share_over_pitch(
     """
     position = np.arange(points) / points * controller.map.formula.tau
     shared = share_over(controller, position=position, force=force)
-    given = forces_over(plant, position=position, current=shared.current)
+    forces = forces_over(plant, position=position, current=shared.current)
     alone = [np.where(np.eye(3)[:, [k]] > 0.0, shared.current, 0.0) for k in range(3)]
     phases = [forces_over(plant, position=position, current=i).thrust for i in alone]
     return OverPitch(
         position=position,
         current=shared.current,
         phase_thrust=np.array(phases),
-        thrust=given.thrust,
-        normal_force=given.normal,
+        thrust=forces.thrust,
+        normal_force=forces.normal,
         believed=shared.force,
         reachable=reachable_over(controller, position=position, forward=force >= 0.0),
     )

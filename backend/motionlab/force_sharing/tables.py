@@ -107,7 +107,7 @@ def _best_split(
 
     def loss(part: Array) -> Array:
         """Return the sum of squared currents; `part` has the splits along its last axis."""
-        found = 0.0
+        squares = 0.0
         for table, (_, limit), share in zip(
             tables, (first, second), (part, 1.0 - part), strict=True
         ):
@@ -117,8 +117,8 @@ def _best_split(
             cell = np.minimum(place.astype(np.int64), len(fine) - 2)
             row = np.arange(len(table))[:, None, None]
             low, high = table[row, cell], table[row, cell + 1]
-            found = found + (low + (place - cell) * (high - low)) ** 2
-        return np.asarray(found)
+            squares = squares + (low + (place - cell) * (high - low)) ** 2
+        return np.asarray(squares)
 
     low, high = least, most
     part = least
@@ -142,8 +142,8 @@ def _currents(thrust: Thrust, i_max: float, turns: Array, levels: Array) -> Arra
         beside = [np.abs(thrust((turns[dead] + s)[:, None], i)) for s in (-_NUDGE, _NUDGE)]
         curves[dead] = 0.5 * (beside[0] + beside[1])
     curves = np.maximum.accumulate(curves, axis=1)
-    wanted = levels**2
-    return np.array([np.interp(wanted, curve / curve[-1], i) for curve in curves])
+    thrusts = levels**2
+    return np.array([np.interp(thrusts, curve / curve[-1], i) for curve in curves])
 
 
 def _corners(nodes: Array) -> Array:

@@ -64,12 +64,12 @@ def map_lanes(config: AnyForceMapConfig) -> MotorMap:
         case ForceMapConfig():
             return MotorMap(AnalyticMap(**config.model_dump(exclude={"kind"})), ANALYTIC)
         case TableMapConfig():
-            found = named_map(config.name)
+            force_map = named_map(config.name)
             # The formula beside a table is computed but not used: any numbers without a 0/0 do.
             formula = AnalyticMap(
-                found.tau, config.offset, 1.0, 0.0, found.i_max, found.i_max, 0, 0
+                force_map.tau, config.offset, 1.0, 0.0, force_map.i_max, force_map.i_max, 0, 0
             )
-            return MotorMap(formula, _table(found, config.gain))
+            return MotorMap(formula, _table(force_map, config.gain))
 
 
 def force_model(
@@ -87,12 +87,12 @@ def force_model(
     model = ForceModel(map_lanes(config), closed)
     if isinstance(config, ForceMapConfig):
         return model
-    found = named_map(config.name)
+    force_map = named_map(config.name)
 
     def thrust(turns: Array, i: Array) -> Array:
-        return found.thrust((turns - 0.5) * found.tau, i)
+        return force_map.thrust((turns - 0.5) * force_map.tau, i)
 
-    digest, i_max = found.digest, found.i_max
+    digest, i_max = force_map.digest, force_map.i_max
     inverse = TABLES.place((digest, "inverse"), lambda: inverse_cells(thrust, i_max))
     shares = -1
     if law == FORCE_PER_AMPERE:
@@ -123,7 +123,7 @@ def check_maps(scenario: Scenario) -> None:
     """
     errors: list[FieldError] = []
     for loc, config in _tables(scenario):
-        found = named_map(config.name, loc)
+        force_map = named_map(config.name, loc)
         owner = loc.split(".model.")[0]
         if owner == loc:
             axis = getattr(scenario.plant, loc.split(".")[1])
@@ -131,13 +131,13 @@ def check_maps(scenario: Scenario) -> None:
         else:
             controller = scenario.variants[loc.split(".")[1]].controller
             field, limit = f"{owner}.current_limit", controller.current_limit
-        if limit > found.i_max * (1.0 + 1e-9):
+        if limit > force_map.i_max * (1.0 + 1e-9):
             errors.append(
                 FieldError(
                     loc=field,
                     message=f"is more than force map {config.name!r} reaches",
                     value=limit,
-                    bounds={"maximum": found.i_max},
+                    bounds={"maximum": force_map.i_max},
                     unit="A",
                 )
             )
@@ -175,12 +175,12 @@ def force_gain(par: Parameters, force: float) -> float:
     amplifiers = par.amplifiers
     gain = np.array([amplifiers.gain_a, amplifiers.gain_b, amplifiers.gain_c])
     offset = np.array([amplifiers.offset_a, amplifiers.offset_b, amplifiers.offset_c])
-    found = forces_over(
+    forces = forces_over(
         par.force_map,
         position=np.tile(pitch, len(commands)),
         current=gain[:, None] * shared(commands).current + offset[:, None],
     )
-    T = found.thrust.reshape(len(commands), -1).mean(axis=1)
+    T = forces.thrust.reshape(len(commands), -1).mean(axis=1)
     return float((T[0] - T[1] + T[2] - T[3]) / (4.0 * _GAIN_STEP * f))
 
 
@@ -226,12 +226,15 @@ def _tables(scenario: Scenario) -> Iterator[tuple[str, TableMapConfig]]:
                 yield f"variants.{name}.controller.model.{axis}.force_map", config
 
 
-def _table(found: ForceMap, gain: float) -> TableMap:
-    positions, currents = len(found.document.positions) - 1, len(found.document.currents) - 1
-    dx, di = found.tau / positions, found.i_max / currents
-    digest = found.digest
-    thrust = TABLES.place((digest, "thrust"), lambda: thrust_cells(found.hermite(), dx, di))
+def _table(force_map: ForceMap, gain: float) -> TableMap:
+    positions, currents = (
+        len(force_map.document.positions) - 1,
+        len(force_map.document.currents) - 1,
+    )
+    dx, di = force_map.tau / positions, force_map.i_max / currents
+    digest = force_map.digest
+    thrust = TABLES.place((digest, "thrust"), lambda: thrust_cells(force_map.hermite(), dx, di))
     normal = TABLES.place(
-        (digest, "normal"), lambda: normal_cells(found.hermite("normal_force"), dx, di)
+        (digest, "normal"), lambda: normal_cells(force_map.hermite("normal_force"), dx, di)
     )
     return TableMap(float(thrust), float(normal), positions, currents, 1.0 / di, gain)

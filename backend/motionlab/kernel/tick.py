@@ -117,13 +117,13 @@ def command(  # noqa: PLR0913, PLR0917 - what a command depends on
     # control
     d = disturbance_estimate(controller, memory.d, acting.force - acting.added, motion.a)
     d = select(motion.age == 0.0, 0.0, d)
-    wanted = u + added
-    wanted = wanted + select(controller.feedforward > 0.0, controller.M * motion.a_ref, 0.0)
+    force = u + added
+    force = force + select(controller.feedforward > 0.0, controller.M * motion.a_ref, 0.0)
     opposed = select(controller.observer > 0.0, d, 0.0)
-    wanted, n_1, n_2 = notched(par.notch, wanted + opposed, u + opposed, memory.n_1, memory.n_2)
+    force, n_1, n_2 = notched(par.notch, force + opposed, u + opposed, memory.n_1, memory.n_2)
     if extra is not None:
-        wanted = wanted + extra
-    f_command = clip(wanted, -controller.force_limit, controller.force_limit)
+        force = force + extra
+    f_command = clip(force, -controller.force_limit, controller.force_limit)
 
     # share
     share = share_by_law(par.force_model, tables, motion.p, f_command)

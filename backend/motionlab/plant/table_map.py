@@ -99,12 +99,12 @@ def thrust_of(motor_map: MotorMap, tables: Array | None, position: Lanes, curren
     if tables is None:
         return analytic
     turns = phase_turns(motor_map.formula, position)
-    found = (
+    tabulated = (
         phase_thrust(table, tables, turns.a, current.a)
         + phase_thrust(table, tables, turns.b, current.b)
         + phase_thrust(table, tables, turns.c, current.c)
     )
-    return select(table.thrust >= 0.0, found, analytic)
+    return select(table.thrust >= 0.0, tabulated, analytic)
 
 
 @compiled
@@ -117,12 +117,12 @@ def normal_force_of(
     if tables is None:
         return analytic
     turns = phase_turns(motor_map.formula, position)
-    found = (
+    tabulated = (
         phase_normal(table, tables, turns.a, current.a)
         + phase_normal(table, tables, turns.b, current.b)
         + phase_normal(table, tables, turns.c, current.c)
     )
-    return select(table.thrust >= 0.0, found, analytic)
+    return select(table.thrust >= 0.0, tabulated, analytic)
 
 
 @compiled

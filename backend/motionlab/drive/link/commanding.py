@@ -25,7 +25,7 @@ from motionlab.drive.process_data import (
 )
 from motionlab.kernel.layout import SAMPLE_ROWS, STATE_ROWS, Inputs, state_row
 from motionlab.lanes import WIDTH
-from motionlab.telemetry.channels import Sample
+from motionlab.telemetry.channels import CHANNELS, Owner, Sample
 from motionlab.timing import CONTROL_PERIOD
 
 ARMING = 2_000  # cycles until every drive must have enabled operation
@@ -41,18 +41,7 @@ CURRENT_COMMAND = _COLUMN["current_command_a"]
 _ERROR = _COLUMN["following_error"]
 MEASURED = _COLUMN["position_measured"]
 VELOCITY = _COLUMN["velocity_measured"]
-UNKNOWN = tuple(
-    _COLUMN[name]
-    for name in (
-        "position",
-        "velocity",
-        "acceleration",
-        "friction",
-        "bristle",
-        "thrust",
-        "normal_force",
-    )
-)
+UNKNOWN = tuple(_COLUMN[each.name] for each in CHANNELS if each.owner is Owner.MACHINE)
 """Channels of the simulated machine, which nothing measures on a drive; they are NaN."""
 
 

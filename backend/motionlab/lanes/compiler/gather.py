@@ -38,8 +38,8 @@ def _lower_load_four(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     data = context.make_array(sig.args[0])(context, builder, args[0]).data
     width = sig.args[1].width
     vectors = split_vectors(context, builder, args[1], sig.args[1], width)
-    found = [_columns(builder, data, vector) for vector in vectors]
-    columns = [join_vectors(builder, list(parts)) for parts in zip(*found, strict=True)]
+    columns_of = [_columns(builder, data, vector) for vector in vectors]
+    columns = [join_vectors(builder, list(parts)) for parts in zip(*columns_of, strict=True)]
     return context.make_tuple(builder, sig.return_type, columns)
 
 

@@ -55,15 +55,15 @@ class Cells:
         along_x = np.array(_hermite(s, dx)) / step_x**dx
         along_i = np.array(_hermite(t, di)) / step_i**di
         scaled = self.nodes * np.array([1, step_x, step_i, step_x * step_i])[:, None, None]
-        found = np.zeros(np.broadcast_shapes(np.shape(x), np.shape(i)))
+        total = np.zeros(np.broadcast_shapes(np.shape(x), np.shape(i)))
         for a in (0, 1):
             for b in (0, 1):
                 value, slope_x, slope_i, twist = scaled[:, cell_x + a, cell_i + b]
-                found += along_i[2 * b] * (along_x[2 * a] * value + along_x[2 * a + 1] * slope_x)
-                found += along_i[2 * b + 1] * (
+                total += along_i[2 * b] * (along_x[2 * a] * value + along_x[2 * a + 1] * slope_x)
+                total += along_i[2 * b + 1] * (
                     along_x[2 * a] * slope_i + along_x[2 * a + 1] * twist
                 )
-        return found
+        return total
 
 
 def _cell(place: Array, first: float, step: float, count: int) -> tuple[NDArray[np.int64], Array]:
