@@ -19,7 +19,7 @@ function layer(folder, regex, message) {
 }
 
 /** Imports point one way: screens -> scopes -> study -> parts -> app -> kernel, plot -> ui; only App.svelte knows the screens. */
-const ROOMS = ['ui', 'plot', 'kernel', 'app', 'parts', 'study', 'scopes'];
+const ROOMS = ['ui', 'plot', 'kernel', 'app', 'parts', 'study', 'scopes', 'report'];
 const layers = [
   ...ROOMS.map((room, height) => {
     const above = ROOMS.slice(height + 1).map((name) => `${name}/`);

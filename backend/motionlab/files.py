@@ -1,4 +1,4 @@
-"""Files: written atomically, and summaries of them that are kept while they do not change."""
+"""Files: written atomically, summaries that are kept while they do not change; the built page."""
 
 from __future__ import annotations
 
@@ -24,6 +24,15 @@ Stamp = tuple[int, int, int, int]
 _PART = ".part"
 _LOCKED_AFTER = 10.0  # s: a file is made an instant before its lock
 _FULL = {errno.ENOSPC, errno.EDQUOT}
+
+
+def page_root() -> Path | None:
+    """Return the folder of the built page, in the package or the checkout, if it is there."""
+    package = Path(__file__).resolve().parent
+    for folder in (package / "page", package.parent.parent / "frontend" / "dist"):
+        if (folder / "index.html").is_file():
+            return folder
+    return None
 
 
 def opened(path: Path) -> BinaryIO:

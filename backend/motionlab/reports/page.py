@@ -27,7 +27,7 @@ _KINDS = {
 
 
 def page(template: str, title: str, **context: Any) -> bytes:
-    """Return a whole page: no scripts, nothing that is loaded."""
+    """Return a whole page, which loads nothing; its only script is that of `experiment`."""
     text = _environment().get_template(template).render(title=title, **context)
     return f"{text}\n".encode("utf-8", errors="replace")
 

@@ -169,9 +169,11 @@ def _chart(
         x=middles,
         span=(0.0, run.duration),
         curves=[
-            Curve(trace.label, trace.look, low[i], high[i]) for i, trace in enumerate(chart.traces)
+            Curve(trace.label, trace.look, low[i], high[i], trace.column)
+            for i, trace in enumerate(chart.traces)
         ],
         marks=marks(run, happened),
+        samples=size,
     )
 
 

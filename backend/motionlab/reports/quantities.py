@@ -31,12 +31,12 @@ def digits(value: float, significant: int = 3) -> str:
     return f"{value:.{max(0, significant - 1 - exponent)}f}".replace("-", _MINUS)
 
 
-def number(value: float | None, scale: Scale) -> Markup:
+def number(value: float | None, scale: Scale, **attributes: object) -> Markup:
     """Return a cell with a number, and the exact one in SI as its ``value``."""
     if value is None:
-        return element("td", "\u2013")
+        return element("td", "\u2013", class_="number", **attributes)
     exact = element("data", digits(value / scale.size), value=repr(float(value)))
-    return element("td", exact, class_="number")
+    return element("td", exact, class_="number", **attributes)
 
 
 def quantity(value: float, unit: str, significant: int = 4) -> str:
@@ -51,16 +51,18 @@ class Field(NamedTuple):
     name: Markup
     unit: str
     factor: float
+    usual: tuple[float, float] | None = None
 
 
 def field_at(path: str) -> Field:
-    """Return name, unit and factor of the field at a dotted path."""
+    """Return name, unit, factor and usual range of the field at a dotted path."""
     steps = path.split(".")
     entry = _fields().get(_INDEX.sub("*", _VARIANT.sub("*", path)))
     variant = f"{steps[1]}: " if steps[0] == "variants" and len(steps) > 2 else ""
     if entry is None:
         return Field(joined([variant, path if not variant else ".".join(steps[2:])]), "", 1.0)
-    return Field(joined([variant, symbol(entry.label)]), entry.unit, entry.factor)
+    name = joined([variant, symbol(entry.label)])
+    return Field(name, entry.unit, entry.factor, entry.usual)
 
 
 def value_markup(path: str, value: Any) -> Markup:

@@ -33,8 +33,12 @@ def columns_of(run: RunDetail, prefix: str = "") -> list[Column]:
 
 
 class Line(NamedTuple):
-    """A metric of some variants, in a common scale, and the second over the first of two."""
+    """A metric of some variants, in a common scale, and the second over the first of two.
 
+    `key` is its place in the metrics of a variant, such as ``x.rms_force``.
+    """
+
+    key: str
     name: str
     definition: Definition
     values: list[float | None]
@@ -77,18 +81,18 @@ def _lines(columns: Sequence[Column]) -> Iterator[Line]:
         for axis in AXES:
             values = [(c.values.get("axes") or {}).get(axis, {}).get(key) for c in columns]
             name = definition.label.replace("$", axis)
-            yield from _line(name, definition, values, compared=key in RATIOS)
+            yield from _line(f"{axis}.{key}", name, definition, values, compared=key in RATIOS)
     for key, definition in CONTOUR_DEFINITIONS.items():
         values = [(c.values.get("contour") or {}).get(key) for c in columns]
-        yield from _line(definition.label, definition, values, compared=True)
+        yield from _line(f"contour.{key}", definition.label, definition, values, compared=True)
 
 
 def _line(
-    name: str, definition: Definition, values: list[float | None], *, compared: bool
+    key: str, name: str, definition: Definition, values: list[float | None], *, compared: bool
 ) -> Iterator[Line]:
     """Yield a line, unless no variant has the metric."""
     present = [value for value in values if value is not None]
     if present:
         both = compared and len(values) == len(present) == 2 and present[0]
         ratio = present[1] / present[0] if both else None
-        yield Line(name, definition, values, scale_for(present, definition.unit), ratio)
+        yield Line(key, name, definition, values, scale_for(present, definition.unit), ratio)

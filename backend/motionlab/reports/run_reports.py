@@ -11,6 +11,7 @@ from motionlab.library.library import library
 from motionlab.library.run import RunDetail
 from motionlab.reports import results
 from motionlab.reports.comparison_page import Side, comparison_page
+from motionlab.reports.experiment import experiment, program
 from motionlab.reports.history import events, scenario_of
 from motionlab.reports.page import page
 from motionlab.reports.plots import plots, plots_memory
@@ -46,6 +47,8 @@ def run_report(run_id: str, hold: Hold = lambda _: None) -> bytes:
             metrics=results.metrics(results.columns_of(run)),
             plots=plots(run, file, happened),
             digest=library().files.digest(run_id),
+            program=program(),
+            experiments={"": experiment(run)},
         )
 
 

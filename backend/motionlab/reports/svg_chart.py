@@ -77,12 +77,13 @@ _MARKER = {
 
 @dataclass(frozen=True)
 class Curve:
-    """Least and largest value of each bin; NaN is a gap."""
+    """Least and largest value of each bin; NaN is a gap. Of a run's channel, its column's name."""
 
     label: str
     look: str
     low: Values
     high: Values
+    column: str | None = None
 
 
 class Mark(NamedTuple):
@@ -116,6 +117,8 @@ class Chart:
         Half width of a band about zero: a tolerance.
     width : float
         Width of the plot, in its own units.
+    samples : int, optional
+        In a bin, of curves of columns.
     """
 
     title: str
@@ -128,6 +131,7 @@ class Chart:
     marks: Sequence[Mark] = ()
     band: Values | None = None
     width: float = WIDTH
+    samples: int | None = None
 
 
 class Axis(NamedTuple):
@@ -166,10 +170,31 @@ def svg(chart: Chart) -> Markup:
         ],
         width=chart.width,
         height=bottom + _FOOT,
+        **_data(chart, x, y, scale),
     )
 
 
-def framed(title: str, inside: Sequence[object], *, height: float, width: float = WIDTH) -> Markup:
+def _data(chart: Chart, x: Axis, y: Axis, scale: Scale) -> dict[str, object]:
+    """Return what a script needs to draw other curves of the same columns."""
+    if chart.samples is None:
+        return {}
+    return {
+        "data_samples": chart.samples,
+        "data_x": " ".join(map(repr, x)),
+        "data_y": " ".join(map(repr, y)),
+        "data_size": repr(scale.size),
+        "data_unit": _pretty(scale.unit),
+    }
+
+
+def framed(
+    title: str,
+    inside: Sequence[object],
+    *,
+    height: float,
+    width: float = WIDTH,
+    **attributes: object,
+) -> Markup:
     """Return an SVG element with a title."""
     return element(
         "svg",
@@ -181,6 +206,7 @@ def framed(title: str, inside: Sequence[object], *, height: float, width: float 
         font_family="system-ui, sans-serif",
         font_size=11,
         xmlns="http://www.w3.org/2000/svg",
+        **attributes,
     )
 
 
@@ -215,12 +241,13 @@ def axes(x: Axis, y: Axis, along: tuple[str, Scale], scale: Scale) -> Markup:
         at = _round(float(x.at(np.array(value))))
         parts.append(_line(at, top, at, bottom))
         parts.append(_text(text, at, bottom + 14, "middle"))
-    levels = ticks(y.low, y.high, scale, _TICKS["y"])
+    levels, of_levels = ticks(y.low, y.high, scale, _TICKS["y"]), []
     for value, text in levels:
         at = _round(float(y.at(np.array(value))))
         unit = f" {_pretty(scale.unit)}".rstrip() if value == levels[-1][0] else ""
-        parts.append(_line(left, at, right, at, strong=value == 0.0))
-        parts.append(_text(f"{text}{unit}", left - 6, at + 4, "end", name="y"))
+        of_levels.append(_line(left, at, right, at, strong=value == 0.0))
+        of_levels.append(_text(f"{text}{unit}", left - 6, at + 4, "end", name="y"))
+    parts.append(element("g", *of_levels, class_="levels"))
     name = " ".join(part for part in (along[0], along[1].unit) if part)
     parts.append(_text(name, (left + right) / 2, bottom + 28, "middle"))
     return joined(parts)
@@ -272,7 +299,10 @@ def _curve(curve: Curve, places: Values, y: Axis, shift: float) -> Markup:
     shares = (np.arange(_MARKERS) + 0.1 + shift % 0.9) / _MARKERS
     picked = seen[(shares * len(seen)).astype(int)] if len(seen) else seen
     points = [(float(places[i]), float(low[i] + high[i]) / 2) for i in picked]
-    return stroked(path_of(places, low, high), curve.look, points)
+    drawn = stroked(path_of(places, low, high), curve.look, points)
+    if curve.column is None:
+        return drawn
+    return element("g", drawn, data_column=curve.column, data_look=curve.look)
 
 
 def _band(chart: Chart, places: Values, y: Axis) -> Markup | None:

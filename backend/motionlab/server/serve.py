@@ -25,13 +25,18 @@ from motionlab.config.drive import load_drive
 from motionlab.config.named_configs import SERVER_LOCK, config_root, data_root
 from motionlab.errors import ConfigError, FieldError
 from motionlab.executors.executor import executing
-from motionlab.files import make_private, private_file, private_folder, remove_leftovers
+from motionlab.files import (
+    make_private,
+    page_root,
+    private_file,
+    private_folder,
+    remove_leftovers,
+)
 from motionlab.library.library import check_places
 from motionlab.reports.plain_text import without_controls
 from motionlab.server.app import create_app
 from motionlab.server.http import access_log, download
 from motionlab.server.http.connection_limits import protocols
-from motionlab.server.http.page import page_root
 from motionlab.server.settings import LOOPBACK, Bounds, Settings
 from motionlab.server.settings_sources import Loaded
 

@@ -18,6 +18,9 @@ from motionlab.server.workers.fork_client import CallResult
 from motionlab.server.workers.pool import CALL_SECONDS, LIGHT_SECONDS, Workers
 from motionlab.server.workers.worker import Call
 
+NUMBERS = "application/octet-stream"
+"""Media type of `motionlab.telemetry.packed`."""
+
 _LOG = logging.getLogger(__name__)
 
 _SEND_SECONDS = 300.0

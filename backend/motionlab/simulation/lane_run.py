@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import functools
 import hashlib
-from collections.abc import Callable
+import itertools
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple, cast
 
@@ -31,6 +32,7 @@ from motionlab.simulation.result import Window, effective, identity, segments, v
 from motionlab.simulation.simulation import Snapshot, variant_lanes
 from motionlab.simulation.timeline import Timeline
 from motionlab.telemetry.channels import REFERENCES
+from motionlab.telemetry.packed import packed
 from motionlab.timing import CONTROL_PERIOD, to_ticks
 
 Array = NDArray[np.float64]
@@ -101,7 +103,42 @@ class LaneRun:
     inputs: Array | None
     tables: Array | None
 
-    def document(self) -> dict[str, Any]:
+    def packed(self, **more: Any) -> bytes:
+        """Return all of it in one piece, with `more` in its head: docs/rest.md."""
+        arrays = self.arrays
+        head = {
+            **self._document(),
+            "how": "window" if self.first else "whole",
+            "period": CONTROL_PERIOD,
+            "ticks": self.prepared.reference.ticks,
+            "first": self.first,
+            "stop": self.stop,
+            "epochs": self.epochs,
+            "tabled": self.tabled,
+            "keys": self.keys._asdict(),
+            "rows": self.rows,
+            "arrays": _places(arrays),
+            **more,
+        }
+        return packed(head, list(arrays.values()), "<f8")
+
+    @property
+    def copies(self) -> dict[str, dict[str, Any]]:
+        """The fields, by dotted path, that a change of copies into a row of lane parameters."""
+        return _copies(self.prepared)
+
+    @property
+    def arrays(self) -> dict[str, Array]:
+        """Its numbers, without those that are known."""
+        named = {
+            "lanes": self.lanes,
+            "state": self.state,
+            "inputs": self.inputs,
+            "tables": self.tables,
+        }
+        return {name: array for name, array in named.items() if array is not None}
+
+    def _document(self) -> dict[str, Any]:
         """Return what the result document of the run needs beside its samples, in types of JSON."""
         prepared = self.prepared
         inside = [each for each in segments(prepared) if self._holds(each)]
@@ -112,7 +149,7 @@ class LaneRun:
             "windows": [_window(prepared, each) for each in windows],
             "segments": [windows.index(each) for each in inside],
             "ratios": RATIOS,
-            "copies": _copies(prepared),
+            "copies": self.copies,
             "references": dict(
                 zip((each.name for each in REFERENCES), _reference_rows(prepared), strict=True)
             ),
@@ -157,6 +194,15 @@ def lane_run(prepared: Prepared, start: Snapshot | None, stop: int, known: Known
         inputs,
         tables,
     )
+
+
+def _places(arrays: Mapping[str, Array]) -> dict[str, dict[str, Any]]:
+    """Return of each array the index of its first number, and its shape."""
+    ends = itertools.accumulate(array.size for array in arrays.values())
+    return {
+        name: {"first": end - array.size, "shape": array.shape}
+        for (name, array), end in zip(arrays.items(), ends, strict=True)
+    }
 
 
 def _in_effect(epochs: Epochs, first: int, stop: int) -> Epochs:

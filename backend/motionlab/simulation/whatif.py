@@ -117,6 +117,12 @@ def beginning(
     return None, changed.reference.ticks
 
 
+def near_window(prepared: Prepared) -> tuple[Snapshot | None, int]:
+    """Return `beginning` of a scenario that no change has been made to, however long it is."""
+    scenario = prepared.scenario.model_dump(mode="json")
+    return beginning(prepared, scenario, {}, Extent(exact=False, work_max=prepared.work))
+
+
 def recorded_ticks_max(changed: Prepared, extent: Extent) -> int:
     """Return the most ticks that `run_changed` records of a scenario."""
     tick, stop = _stretch(changed, extent)

@@ -1,5 +1,7 @@
 /** A what-if as numbers: the server's answer to POST /whatif/lanes. */
 
+import { AXES, LANES } from './module';
+
 export type Axis = 'x' | 'y';
 
 /** Start and end in ticks from the window's start, and the length of the move before, m. */
@@ -79,4 +81,28 @@ export function readLanes(buffer: ArrayBuffer): LanesAnswer {
   const [lanes, state] = [view('lanes'), view('state')];
   if (!lanes || !state) throw new Error('lanes or state are missing');
   return { ...rest, lanes, state, inputs: view('inputs'), tables: view('tables') };
+}
+
+/**
+ * Returns lane parameters with other values of copied fields; null where a field is no copy, or a value
+ * is out of its range.
+ */
+export function withFields(
+  { lanes, epochs, tabled, copies }: Lanes,
+  values: Iterable<readonly [path: string, value: unknown]>,
+): Float64Array | null {
+  const numbers = lanes.slice();
+  const variants = tabled.length;
+  const rows = numbers.length / (epochs.length * variants * LANES);
+  for (const [path, value] of values) {
+    const field = copies[path];
+    if (!field || typeof value !== 'number') return null;
+    const { variant, axis, row, minimum, maximum } = field;
+    if (!(value >= minimum && value <= maximum)) return null;
+    for (let epoch = 0; epoch < epochs.length; epoch++) {
+      const place = (epoch * variants + variant) * rows + row;
+      numbers[place * LANES + AXES.indexOf(axis)] = value;
+    }
+  }
+  return numbers;
 }

@@ -19,6 +19,7 @@ from starlette.responses import FileResponse, RedirectResponse, Response, Stream
 from starlette.staticfiles import NotModifiedResponse
 from starlette.types import Scope
 
+from motionlab.files import page_root
 from motionlab.server.http.compression import accepts_gzip
 
 _HASHED = "assets"
@@ -32,15 +33,6 @@ _NO_HELP = (
 )
 _TEXT = ("text/", "image/svg+xml", "application/json")
 """How media types begin that are worth compressing."""
-
-
-def page_root() -> Path | None:
-    """Return the folder of the built page, in the package or the checkout, if it is there."""
-    package = Path(__file__).resolve().parents[2]
-    for folder in (package / "page", package.parent.parent / "frontend" / "dist"):
-        if (folder / "index.html").is_file():
-            return folder
-    return None
 
 
 def help_root() -> Path | None:

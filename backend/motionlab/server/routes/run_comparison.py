@@ -17,7 +17,6 @@ from motionlab.library.columns import Columns, of_run
 from motionlab.library.library import library
 from motionlab.library.replay import Again, Replay, again, replay
 from motionlab.library.run import ID
-from motionlab.server.http.binary_answer import MEDIA_TYPE, packed
 from motionlab.server.http.openapi_input import examples
 from motionlab.server.http.problems import responses
 from motionlab.server.http.strict_json import JsonRoute
@@ -25,8 +24,9 @@ from motionlab.server.job_reports import REPORTS
 from motionlab.server.routes.jobs import CheckedRequest, accepted, as_job
 from motionlab.server.routes.runs import RunId
 from motionlab.server.settings import Settings
-from motionlab.server.worker_answers import ComputedResponse, called, json_of
+from motionlab.server.worker_answers import NUMBERS, ComputedResponse, called, json_of
 from motionlab.server.workers.worker import Call
+from motionlab.telemetry.packed import packed
 
 router = APIRouter(prefix="/runs", tags=["runs"], route_class=JsonRoute)
 
@@ -80,7 +80,7 @@ async def compare_runs(request: Request, body: Annotated[CompareRequest, Body()]
     responses={
         200: {
             "description": "Both curves, difference and tolerance; docs/runs-compare.md",
-            "content": {MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}}},
+            "content": {NUMBERS: {"schema": {"type": "string", "format": "binary"}}},
         },
         **responses(400, 404, 409, 413, 415, 422, 429, 503),
     },
@@ -88,7 +88,7 @@ async def compare_runs(request: Request, body: Annotated[CompareRequest, Body()]
 async def get_window(request: Request, body: Annotated[CompareWindowRequest, Body()]) -> Response:
     """Return one channel of two runs between two instants, decimated so that no spike is lost."""
     answer = await called(request, _window, body)
-    return ComputedResponse(answer, media_type=MEDIA_TYPE)
+    return ComputedResponse(answer, media_type=NUMBERS)
 
 
 @router.post(

@@ -29,15 +29,15 @@ from motionlab.library.run import (
 )
 from motionlab.library.search import LIMIT_MAX, SEARCH_MAX, parse
 from motionlab.library.window import grid, window
-from motionlab.server.http.binary_answer import MEDIA_TYPE, packed
 from motionlab.server.http.openapi_input import examples
 from motionlab.server.http.problems import responses
 from motionlab.server.http.strict_json import JsonRoute
 from motionlab.server.live.run_recorder import RunRecorder
-from motionlab.server.worker_answers import ComputedResponse, called, computed
+from motionlab.server.worker_answers import NUMBERS, ComputedResponse, called, computed
 from motionlab.server.workers.pool import indexed
 from motionlab.server.workers.worker import Call
 from motionlab.telemetry.expressions.columns import compile_columns, split_columns
+from motionlab.telemetry.packed import packed
 
 _MATH_BYTES = 3 * np.float32().itemsize
 """Bytes of a sample of a column while math channels are computed."""
@@ -201,7 +201,7 @@ async def restore_run(request: Request, run_id: RunId) -> Response:
     responses={
         200: {
             "description": "Minima and maxima over equal bins; docs/runs.md",
-            "content": {MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}}},
+            "content": {NUMBERS: {"schema": {"type": "string", "format": "binary"}}},
         },
         **responses(404, 409, 422, 429, 503),
     },
@@ -211,7 +211,7 @@ async def get_window(
 ) -> Response:
     """Return some columns between two samples, decimated so that no spike is lost."""
     answer = await called(request, _window, run_id, query, light=True)
-    return ComputedResponse(answer, media_type=MEDIA_TYPE)
+    return ComputedResponse(answer, media_type=NUMBERS)
 
 
 @router.get(

@@ -19,16 +19,16 @@ from motionlab.exchange.paths.writing import ENDINGS, MEDIA_TYPES, write_traject
 from motionlab.kernel.force_maps import map_digests
 from motionlab.library import trajectories as library
 from motionlab.library.trajectories import Trajectories, TrajectoryEntry
-from motionlab.server.http.binary_answer import MEDIA_TYPE, packed
 from motionlab.server.http.openapi_input import EXAMPLE_PATH, TrajectoryTable, examples
 from motionlab.server.http.problems import responses
 from motionlab.server.http.strict_json import JsonRoute
 from motionlab.server.routes.named_documents import DocumentRoutes
 from motionlab.server.routes.simulate import ChangedScenario
-from motionlab.server.worker_answers import ComputedResponse, called, computed
+from motionlab.server.worker_answers import NUMBERS, ComputedResponse, called, computed
 from motionlab.server.workers.worker import Call
 from motionlab.simulation.loop_check import Loops, run_loops
 from motionlab.simulation.prepare import limit_sets, needs_plan, planned_for
+from motionlab.telemetry.packed import packed
 from motionlab.trajectories.corners import drawn
 from motionlab.trajectories.retiming import slow_down
 from motionlab.trajectories.spline import outline
@@ -200,7 +200,7 @@ async def export_trajectory(request: Request, body: Annotated[WriteRequest, Body
     responses={
         200: {
             "description": "Profiles, peaks and everything infeasible; docs/trajectories.md",
-            "content": {MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}}},
+            "content": {NUMBERS: {"schema": {"type": "string", "format": "binary"}}},
         },
         **responses(400, 413, 415, 422, 429, 503),
     },
@@ -208,7 +208,7 @@ async def export_trajectory(request: Request, body: Annotated[WriteRequest, Body
 async def check_trajectory(request: Request, body: Annotated[CheckRequest, Body()]) -> Response:
     """Check a trajectory against a scenario's limits, for drawing; 200 also if it is infeasible."""
     answer = await called(request, _examined, body, light=not body.loops)
-    return ComputedResponse(answer, media_type=MEDIA_TYPE)
+    return ComputedResponse(answer, media_type=NUMBERS)
 
 
 @router.post(

@@ -16,14 +16,13 @@ from motionlab.config.planar import AXES
 from motionlab.config.quantity import Whole
 from motionlab.errors import ConfigError, FieldError
 from motionlab.kernel.force_maps import map_digests
-from motionlab.server.http.binary_answer import MEDIA_TYPE, packed
 from motionlab.server.http.openapi_input import examples
 from motionlab.server.http.problems import responses
 from motionlab.server.http.strict_json import JsonRoute
 from motionlab.server.prometheus import Monitor
 from motionlab.server.routes.simulate import ChangedScenario, prepare_request
 from motionlab.server.settings import Settings
-from motionlab.server.worker_answers import ComputedResponse, called
+from motionlab.server.worker_answers import NUMBERS, ComputedResponse, called
 from motionlab.server.workers.worker import Call
 from motionlab.simulation.prepare import Prepared
 from motionlab.simulation.result import document
@@ -37,6 +36,7 @@ from motionlab.telemetry.expressions.columns import (
     values_of,
 )
 from motionlab.telemetry.expressions.compile import CHANNELS_MAX
+from motionlab.telemetry.packed import packed
 from motionlab.telemetry.recording import Recording
 from motionlab.timing import CONTROL_PERIOD, to_ticks
 
@@ -120,7 +120,7 @@ class WhatIfRequest(Stretch):
     responses={
         200: {
             "description": "Result document and curves; docs/rest.md",
-            "content": {MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}}},
+            "content": {NUMBERS: {"schema": {"type": "string", "format": "binary"}}},
         },
         **responses(400, 413, 415, 422, 429, 503),
     },
@@ -131,7 +131,7 @@ async def what_if(request: Request, body: Annotated[WhatIfRequest, Body()]) -> R
     monitor.simulations.inc()
     with monitor.simulation_seconds.time():
         answer = await called(request, _answer, body, request.app.state.settings.bounds)
-    return ComputedResponse(answer, media_type=MEDIA_TYPE)
+    return ComputedResponse(answer, media_type=NUMBERS)
 
 
 @dataclass(frozen=True)

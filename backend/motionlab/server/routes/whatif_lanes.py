@@ -3,31 +3,25 @@
 from __future__ import annotations
 
 import asyncio
-import itertools
-from typing import Annotated, Any
+from typing import Annotated
 
-import numpy as np
 from fastapi import APIRouter, Body, Request, Response
-from numpy.typing import NDArray
 from pydantic import Field
 
-from motionlab.server.http.binary_answer import MEDIA_TYPE, packed
 from motionlab.server.http.openapi_input import examples
 from motionlab.server.http.problems import responses
 from motionlab.server.http.strict_json import JsonRoute
 from motionlab.server.routes.simulate import prepare_request
 from motionlab.server.routes.whatif import Stretch, stretch_of
 from motionlab.server.settings import Settings
-from motionlab.server.worker_answers import ComputedResponse, called
+from motionlab.server.worker_answers import NUMBERS, ComputedResponse, called
 from motionlab.server.workers.pool import Workers
 from motionlab.server.workers.worker import Call
-from motionlab.simulation.lane_run import Known, Obstacle, lane_run
+from motionlab.simulation.lane_run import Known, LaneRun, Obstacle, lane_run
 from motionlab.simulation.whatif import Extent, beginning
-from motionlab.timing import CONTROL_PERIOD
+from motionlab.telemetry.packed import packed
 
 router = APIRouter(tags=["simulate"], route_class=JsonRoute)
-
-_Arrays = dict[str, NDArray[np.float64]]
 
 _COPIES = 3
 """Times that an answer is in memory: as arrays, as bytes, as the file that is sent."""
@@ -54,7 +48,7 @@ class WhatIfLanesRequest(Stretch):
     responses={
         200: {
             "description": "Parameters, state and inputs of the kernel; docs/rest.md",
-            "content": {MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}}},
+            "content": {NUMBERS: {"schema": {"type": "string", "format": "binary"}}},
         },
         **responses(400, 413, 415, 422, 429, 503),
     },
@@ -65,57 +59,32 @@ async def what_if_lanes(request: Request, body: Annotated[WhatIfLanesRequest, Bo
     workers: Workers = request.app.state.workers
     if not workers.ready:
         # They wait for the kernel to be compiled, which takes much longer than these numbers.
-        return Response(await asyncio.to_thread(_at_once, body, bounds), media_type=MEDIA_TYPE)
+        return Response(await asyncio.to_thread(_at_once, body, bounds), media_type=NUMBERS)
     answer = await called(request, _answer, body, bounds)
-    return ComputedResponse(answer, media_type=MEDIA_TYPE)
+    return ComputedResponse(answer, media_type=NUMBERS)
 
 
 def _at_once(body: WhatIfLanesRequest, bounds: Settings) -> bytes:
-    head, arrays = _numbers(body, bounds)
-    return packed(head, list(arrays.values()), "<f8")
+    numbers = _numbers(body, bounds)
+    return numbers.packed() if isinstance(numbers, LaneRun) else numbers
 
 
 def _answer(call: Call, body: WhatIfLanesRequest, bounds: Settings) -> bytes:
-    head, arrays = _numbers(body, bounds)
-    size = sum(array.nbytes for array in arrays.values())
+    numbers = _numbers(body, bounds)
+    if not isinstance(numbers, LaneRun):
+        return numbers
+    size = sum(array.nbytes for array in numbers.arrays.values())
     if size > _SMALL:
         call.hold(_COPIES * size)
-    return packed(head, list(arrays.values()), "<f8")
+    return numbers.packed()
 
 
-def _numbers(body: WhatIfLanesRequest, bounds: Settings) -> tuple[dict[str, Any], _Arrays]:
+def _numbers(body: WhatIfLanesRequest, bounds: Settings) -> LaneRun | bytes:
+    """Return the numbers of a run; in their place, packed, why there are none."""
     prepared = prepare_request(body, bounds)
     extent = Extent(False, bounds.direct_work_max, stretch_of(body, prepared))
     start, stop = beginning(prepared, body.scenario, body.set, extent)
     try:
-        run = lane_run(prepared, start, stop, Known(body.inputs, body.tables))
+        return lane_run(prepared, start, stop, Known(body.inputs, body.tables))
     except Obstacle as obstacle:
-        return {"obstacle": str(obstacle)}, {}
-    arrays = {
-        name: array
-        for name in ("lanes", "state", "inputs", "tables")
-        if (array := getattr(run, name)) is not None
-    }
-    head = {
-        **run.document(),
-        "how": "whole" if start is None else "window",
-        "period": CONTROL_PERIOD,
-        "ticks": prepared.reference.ticks,
-        "first": run.first,
-        "stop": run.stop,
-        "epochs": run.epochs,
-        "tabled": run.tabled,
-        "keys": run.keys._asdict(),
-        "rows": run.rows,
-        "arrays": _places(arrays),
-    }
-    return head, arrays
-
-
-def _places(arrays: _Arrays) -> dict[str, dict[str, Any]]:
-    """Return of each array the index of its first number, and its shape."""
-    ends = itertools.accumulate(array.size for array in arrays.values())
-    return {
-        name: {"first": end - array.size, "shape": array.shape}
-        for (name, array), end in zip(arrays.items(), ends, strict=True)
-    }
+        return packed({"obstacle": str(obstacle)}, [])

@@ -1,7 +1,6 @@
 /** Lane parameters of a change that needs no check but that of its range: the page makes them. */
 
-import type { Lanes } from '../../kernel/lanes';
-import { AXES, LANES } from '../../kernel/module';
+import { type Lanes, withFields } from '../../kernel/lanes';
 import type { Inputs } from '../../kernel/tasks';
 import type { Range } from '../../plot/source';
 import { equal } from '../api/scenario-paths';
@@ -28,19 +27,8 @@ export function copiedLanes(
   const changed = Object.entries(question.set).filter(
     ([path, value]) => !equal(before.set[path], value),
   );
-  const numbers = lanes.lanes.slice();
-  const variants = lanes.tabled.length;
-  const rows = numbers.length / (lanes.epochs.length * variants * LANES);
-  for (const [path, value] of changed) {
-    const field = lanes.copies[path];
-    if (!field || typeof value !== 'number') return null;
-    const { variant, axis, row, minimum, maximum } = field;
-    if (!(value >= minimum && value <= maximum)) return null;
-    for (let epoch = 0; epoch < lanes.epochs.length; epoch++) {
-      const place = (epoch * variants + variant) * rows + row;
-      numbers[place * LANES + AXES.indexOf(axis)] = value;
-    }
-  }
+  const numbers = withFields(lanes, changed);
+  if (!numbers) return null;
   return { question, lanes: { ...lanes, lanes: numbers }, inputs };
 }
 

@@ -1,4 +1,4 @@
-"""Answers of a JSON head and arrays of numbers, as the page reads them without a copy."""
+"""A JSON head and arrays of numbers in one piece, as the page reads them without a copy."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-MEDIA_TYPE = "application/octet-stream"
 _ALIGNMENT = 8
 
 

@@ -1,0 +1,59 @@
+/** A run of a report, simulated by the page with other gains. */
+
+import { runOf, sameRun } from '../app/whatif/run-request';
+import { Engine } from '../kernel/engine';
+import { type Lanes, withFields } from '../kernel/lanes';
+import { type Result, resultOf } from '../kernel/result';
+import type { Bins, Column, Curve, Run, RunResult } from '../kernel/tasks';
+import { inputsOf } from './numbers';
+
+/** Most memory of a run, bytes. */
+const MOST = 64e6;
+
+export class Experiment {
+  readonly variants: readonly string[];
+  private readonly engine: Engine;
+  private latest: readonly { run: Run; result: RunResult }[] = [];
+
+  constructor(
+    module: WebAssembly.Module,
+    private readonly lanes: Lanes & { inputs: Float64Array },
+  ) {
+    this.engine = new Engine(module, MOST);
+    if (lanes.result.model !== this.engine.about.model) {
+      throw new Error('the kernel is of another version than the run');
+    }
+    this.engine.take(inputsOf(lanes));
+    this.variants = Object.keys(lanes.windows[0]?.variants ?? {});
+  }
+
+  /** Runs with other values of some fields. */
+  run(values: ReadonlyMap<string, number>): Result {
+    const numbers = withFields(this.lanes, values);
+    if (!numbers) throw new Error('a gain is out of its range');
+    const lanes = { ...this.lanes, lanes: numbers };
+    const { first, stop } = lanes;
+    this.latest = this.variants.map((variant, i) => {
+      const run = runOf(lanes, variant, i, [], { from: first, to: stop, size: 1 });
+      const before = this.latest[i];
+      // A variant that no change concerns keeps its samples.
+      return before && sameRun(before.run, run) ? before : { run, result: this.engine.run(run) };
+    });
+    return resultOf(
+      lanes,
+      this.latest.map(({ result }) => result),
+    );
+  }
+
+  /** Reads a column of the latest run in bins of so many samples. */
+  curve(variant: string, column: Column, samples: number): Curve & { bins: Bins } {
+    const { first: from, stop: to } = this.lanes;
+    const bins = { from, to, size: samples };
+    const [curve] = this.engine.curves(variant, [column], bins);
+    return { ...(curve as Curve), bins };
+  }
+
+  get period(): number {
+    return this.lanes.period;
+  }
+}

@@ -1,0 +1,101 @@
+/** The gains of a report: sliders, each with a field for the number. */
+
+import { digits, minus, parseNumber } from '../ui/units';
+import { position, valueAfterKey, valueAt } from '../ui/log-slider';
+
+/** One gain; numbers are SI. */
+class Gain {
+  value: number;
+  readonly path: string;
+  private readonly range: HTMLInputElement;
+  private readonly field: HTMLInputElement;
+
+  constructor(
+    private readonly row: HTMLElement,
+    changed: () => void,
+    refused: (reason: string) => void,
+  ) {
+    const [range, field] = row.querySelectorAll('input');
+    if (!range || !field) throw new Error('a gain has no slider');
+    [this.range, this.field] = [range, field];
+    this.path = row.dataset.path ?? '';
+    this.value = this.recorded;
+    this.show();
+    range.addEventListener('input', () => {
+      this.set(valueAt(Number(range.value), this.ends));
+      changed();
+    });
+    range.addEventListener('keydown', (event) => {
+      const next = valueAfterKey(event.key, event.shiftKey, this.value, this.ends);
+      if (next === null) return;
+      event.preventDefault();
+      this.set(next);
+      changed();
+    });
+    field.addEventListener('change', () => {
+      const value = this.typed();
+      if (value === null) {
+        field.ariaInvalid = 'true';
+        refused(`${field.ariaLabel ?? ''}: ${this.allowed}`);
+        return;
+      }
+      this.set(value);
+      changed();
+    });
+  }
+
+  get recorded(): number {
+    return this.number('value');
+  }
+
+  set(value: number): void {
+    this.value = value;
+    this.show();
+  }
+
+  private get ends() {
+    return { least: this.number('least'), most: this.number('most') };
+  }
+
+  private get allowed(): string {
+    const [low, high] = [this.number('minimum'), this.number('maximum')];
+    const ends = [low, high].map((end) => digits(end * this.number('factor')));
+    return `${ends.join(' to ')} ${this.row.dataset.unit ?? ''} are allowed`;
+  }
+
+  private typed(): number | null {
+    const shown = parseNumber(this.field.value);
+    if (shown === null) return null;
+    const value = shown / this.number('factor');
+    return value >= this.number('minimum') && value <= this.number('maximum') ? value : null;
+  }
+
+  private show(): void {
+    this.range.value = String(position(this.value, this.ends));
+    const shown = Number((this.value * this.number('factor')).toPrecision(7));
+    this.field.value = minus(String(shown));
+    this.range.setAttribute('aria-valuetext', `${this.field.value} ${this.row.dataset.unit ?? ''}`);
+    this.field.ariaInvalid = null;
+    this.row.classList.toggle('moved', this.value !== this.recorded);
+  }
+
+  private number(name: string): number {
+    return Number(this.row.dataset[name]);
+  }
+}
+
+export class Sliders {
+  private readonly gains: readonly Gain[];
+
+  constructor(rows: Iterable<HTMLElement>, changed: () => void, refused: (reason: string) => void) {
+    this.gains = [...rows].map((row) => new Gain(row, changed, refused));
+  }
+
+  get values(): Map<string, number> {
+    return new Map(this.gains.map(({ path, value }) => [path, value]));
+  }
+
+  back(): void {
+    for (const gain of this.gains) gain.set(gain.recorded);
+  }
+}
