@@ -71,14 +71,17 @@ it('a preview slower than the exact result is too late', async () => {
   expect([begin(whatif), whatif.standing]).toEqual([-1, 'exact']);
 });
 
-it('the server previews what the page cannot', async () => {
-  const { whatif, requests } = whatIfOf(() => Promise.reject(new Obstacle('no SIMD')));
-  whatif.ask(question(1));
-  await vi.advanceTimersByTimeAsync(30);
-  expect([begin(whatif), whatif.computer, whatif.obstacle]).toEqual([-1, 'server', 'no SIMD']);
-  await vi.advanceTimersByTimeAsync(1000);
-  expect([requests, whatif.standing]).toEqual([[false, true], 'exact']);
-});
+it.each([new Obstacle('no SIMD'), new TypeError('no SIMD')])(
+  'the server previews after %s',
+  async (error) => {
+    const { whatif, requests } = whatIfOf(() => Promise.reject(error));
+    whatif.ask(question(1));
+    await vi.advanceTimersByTimeAsync(30);
+    expect([begin(whatif), whatif.computer, whatif.obstacle]).toEqual([-1, 'server', 'no SIMD']);
+    await vi.advanceTimersByTimeAsync(1000);
+    expect([requests, whatif.standing]).toEqual([[false, true], 'exact']);
+  },
+);
 
 it('a refused change keeps the curves and asks for no exact result', async () => {
   const problem = { title: '', status: 422, detail: 'out of range', errors: [] };

@@ -8,7 +8,7 @@ import { LatestWins } from '../latest-wins';
 import { within, SeenCurves } from '../runs/run-range';
 import { Backoff } from '../stream/stream-client';
 import { type Preview, readAnswer } from '../api/curves-answer';
-import { Obstacle, type PageKernel } from './page-kernel';
+import type { PageKernel } from './page-kernel';
 
 /** Bins of each curve while a control moves: more than a scope has pixels, and no more to carry. */
 const COARSE = 1000;
@@ -180,11 +180,12 @@ export class WhatIf {
       this.refused([], '');
     } catch (error) {
       const newer = this.own.superseded || turn < this.turn;
-      if (error instanceof Obstacle) this.obstacle = error.message;
-      else if (!(error instanceof ApiError && error.transient)) {
+      if (error instanceof ApiError && !error.transient) {
         if (!newer) this.fail(error);
         return;
       }
+      // Whatever else it is, the server may still answer.
+      this.obstacle = errorText(error);
       // Where the hand rests already, the exact result is on its way.
       if (!newer && this.rest !== null) this.push(job);
     }
