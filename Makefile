@@ -50,7 +50,7 @@ VENV_RUNS := $(shell $(PY) -c 'print(1)' 2>/dev/null)
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup run kernels test browser lint bench lowest lock schema types docs FORCE
+.PHONY: help setup run demo kernels test browser lint bench lowest lock schema types docs FORCE
 
 help: ## Show the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' Makefile
@@ -84,6 +84,9 @@ browser: ## Install Debian's Chromium and Firefox, for the browser tests (as roo
 run: $(SETUP_STAMP) $(PAGE) ## Serve the lab at http://127.0.0.1:8000 (PORT=8001 elsewhere)
 	@test -e $(HELP) || $(MAKE) --no-print-directory docs # every screen links to it
 	@.venv/bin/motionlab serve --port $(PORT)
+
+demo: $(SETUP_STAMP) $(PAGE) ## Write the Lab's what-ifs as a static folder, build/demo
+	@.venv/bin/motionlab demo build/demo
 
 lint: $(LINT_STAMP) ## Check style, types and the direction of imports
 	@$(PY) -m ruff check

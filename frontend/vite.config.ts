@@ -6,6 +6,8 @@ import { licensed } from './licensed.ts';
 const server = process.env.MOTIONLAB_SERVER ?? 'http://127.0.0.1:8000';
 
 export default defineConfig({
+  // Relative: the page is also served from other paths than the root, without a server of its own.
+  base: './',
   plugins: [svelte(), licensed('svelte'), licensed('swagger-ui-dist'), compressed()],
   // Tests import the binary fixtures that the Python tests read too.
   assetsInclude: ['**/*.bin'],

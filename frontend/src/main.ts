@@ -6,7 +6,9 @@ import App from './App.svelte';
 import './controls.css';
 import './tables.css';
 import './theme.css';
+import { demo } from './app/demo/demo-mode';
 
 const target = document.getElementById('app');
 if (!target) throw new Error('index.html has no #app');
+if (demo) (await import('./app/demo/demo-server')).startDemo(demo);
 mount(App, { target });

@@ -50,6 +50,7 @@ COMMANDS = [
 
 REFUSED = {
     "serve": "lab",
+    "demo site": "lab",
     "openapi": "lab",
     "completion bash": "lab",
     "runs": "lab",

@@ -47,6 +47,7 @@ _MODULES = {
     "export_plant": ("export-plant",),
     "study": (),
     "serve": ("serve", "openapi"),
+    "demo": ("demo",),
     "drive.command": ("drive",),
     "drive.virtual_command": ("vdrive",),
     "precompile": ("precompile",),

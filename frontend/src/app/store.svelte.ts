@@ -5,6 +5,7 @@ import { difference, ofTrajectory, withChanges } from './api/scenario-paths';
 import type { Changes, Metrics, Scenario, Value } from './api/types';
 import { Catalogue } from './catalogue.svelte';
 import { DriveLink } from './drive/drive-link.svelte';
+import { demo, NEEDS_SERVER } from './demo/demo-mode';
 import { commandText, errorText, fileErrorText } from './error-text';
 import { Expressions } from './expressions/expressions.svelte';
 import { needsRestart, Refusals } from './fields/fields.svelte';
@@ -47,9 +48,10 @@ export class Store {
     this.api,
     (fields, detail) => this.refusals.take(fields, detail),
     this.kernel,
+    demo !== null,
   );
   mode = $state<Mode>(
-    (fromAddress('mode') ?? load('mode', 'whatif')) === 'live' ? 'live' : 'whatif',
+    demo === null && (fromAddress('mode') ?? load('mode', 'whatif')) === 'live' ? 'live' : 'whatif',
   );
   /** The draft with its history. */
   readonly whatIfChanges = new Draft(this.session);
@@ -194,6 +196,10 @@ export class Store {
   }
 
   setMode(mode: Mode): void {
+    if (demo !== null && mode === 'live') {
+      messages.info(NEEDS_SERVER);
+      return;
+    }
     this.mode = mode;
     this.refusals.clear();
     save('mode', mode);

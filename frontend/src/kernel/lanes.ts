@@ -106,3 +106,25 @@ export function withFields(
   }
   return numbers;
 }
+
+/** Writes an answer as the server does. */
+export function packLanes({ lanes, state, inputs, tables, ...head }: Lanes): ArrayBuffer {
+  const parts = Object.entries({ lanes, state, inputs, tables }).flatMap(([name, numbers]) =>
+    numbers ? [{ name, numbers }] : [],
+  );
+  let end = 0;
+  const arrays = Object.fromEntries(
+    parts.map(({ name, numbers: { length } }) => {
+      end += length;
+      return [name, { first: end - length, shape: [length] }];
+    }),
+  );
+  const text = JSON.stringify({ ...head, arrays });
+  const bytes = new TextEncoder().encode(text.padEnd(Math.ceil(text.length / 8) * 8));
+  const buffer = new ArrayBuffer(8 + bytes.length + 8 * end);
+  new DataView(buffer).setUint32(0, bytes.length, true);
+  new Uint8Array(buffer, 8).set(bytes);
+  const values = new Float64Array(buffer, 8 + bytes.length);
+  for (const { name, numbers } of parts) values.set(numbers, arrays[name]?.first ?? 0);
+  return buffer;
+}

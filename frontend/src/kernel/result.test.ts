@@ -1,6 +1,6 @@
 import { expect, it } from 'vitest';
-import { exampleLanes, packedLanes } from './example-lanes';
-import { readLanes } from './lanes';
+import { exampleLanes } from './example-lanes';
+import { packLanes, readLanes } from './lanes';
 import { resultOf } from './result';
 import type { RunResult } from './tasks';
 
@@ -12,9 +12,9 @@ const run = (itae: number | null, diverged: RunResult['diverged'] = null): RunRe
 
 it('an answer is read as it was packed', () => {
   const lanes = exampleLanes();
-  expect(readLanes(packedLanes(lanes))).toEqual(lanes);
+  expect(readLanes(packLanes(lanes))).toEqual(lanes);
   const known = { ...lanes, inputs: null, tables: null };
-  expect(readLanes(packedLanes(known))).toEqual(known);
+  expect(readLanes(packLanes(known))).toEqual(known);
 });
 
 it('a document has identity, window, variants, comparison and segments', () => {

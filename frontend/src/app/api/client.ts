@@ -47,6 +47,12 @@ export class ApiError extends Error {
   }
 }
 
+/** How requests reach the server; a demo has files in its place. */
+export const network = {
+  request: (method: string, path: string, init: RequestInit): Promise<Response> =>
+    fetch(ROOT + path, { ...init, method }),
+};
+
 interface Sent {
   path?: Readonly<Record<string, string>>;
   query?: Readonly<Record<string, unknown>>;
@@ -253,8 +259,7 @@ export class Api {
     const search = new URLSearchParams(pairs).toString();
     let response: Response;
     try {
-      response = await fetch(ROOT + place + (search && `?${search}`), {
-        method: method.toUpperCase(),
+      response = await network.request(method.toUpperCase(), place + (search && `?${search}`), {
         headers: {
           ...header,
           ...(body === undefined

@@ -342,6 +342,8 @@ export class SessionStore {
       this.keep();
       rememberDraft(info.id, this.draft);
     }
+    // That of a demo has none: nothing moves.
+    if (info.stream === '') return;
     const protocol = location.protocol === 'https:' ? 'wss' : 'ws';
     this.client = new StreamClient(
       `${protocol}://${location.host}${info.stream}`,

@@ -1,7 +1,7 @@
 import { beforeEach, describe, expect, it, vi } from 'vitest';
 import { Crew, type Port } from '../../kernel/crew';
-import { exampleLanes, packedLanes } from '../../kernel/example-lanes';
-import type { Lanes } from '../../kernel/lanes';
+import { exampleLanes } from '../../kernel/example-lanes';
+import { type Lanes, packLanes } from '../../kernel/lanes';
 import type { About } from '../../kernel/module';
 import type { Answer, Request } from '../../kernel/tasks';
 import type { Changes, Scenario } from '../api/types';
@@ -48,7 +48,7 @@ async function kernelOf(
   const crew = await Crew.of({} as WebAssembly.Module, [port(0), port(1)]);
   const whatifLanes = vi.fn(({ inputs }: { inputs?: string }) => {
     const known = inputs === 'i' ? { inputs: null, tables: null, rows: [] } : {};
-    return Promise.resolve(packedLanes({ ...exampleLanes(), ...change, ...known }));
+    return Promise.resolve(packLanes({ ...exampleLanes(), ...change, ...known }));
   });
   const kernel = new PageKernel(() => Promise.resolve(crew));
   const run = (set: Changes, columns?: string[]) =>

@@ -86,6 +86,8 @@ export class WhatIf {
     private readonly api: Api,
     private readonly refused: (fields: ProblemField[], detail: string) => void,
     private readonly kernel: PageKernel | null = null,
+    /** Whether the page computes everything, as there is no server. */
+    private readonly alone = false,
   ) {}
 
   /** What the time axis covers by itself: the window of the metrics, or all where a schedule changes something. */
@@ -121,7 +123,7 @@ export class WhatIf {
       this.push({ question, turn, what: 'whole', range: null });
     }, REST);
     const preview: Job = { question, turn, what: 'preview', range: zoom };
-    if (this.kernel) this.own.push(preview);
+    if (this.kernel && !this.alone) this.own.push(preview);
     else this.push(preview);
   }
 
@@ -142,7 +144,7 @@ export class WhatIf {
   async samples(columns: readonly string[], range: Range): Promise<StillSource | null> {
     const { answer } = this;
     if (!answer) return null;
-    if (this.standing === 'preview') {
+    if (this.standing === 'preview' || this.alone) {
       const own = await this.kernel?.curves(answer.question, columns, range, EVERY);
       if (own) return own;
     }
@@ -162,7 +164,7 @@ export class WhatIf {
   private push(job: Job): void {
     if (this.again !== null) clearTimeout(this.again);
     this.again = null;
-    this.queue.push(job);
+    (this.alone ? this.own : this.queue).push(job);
   }
 
   /** Has the page compute; the server does where the page cannot. */
@@ -171,16 +173,21 @@ export class WhatIf {
     const begin = performance.now();
     try {
       const signal = AbortSignal.timeout(TIMEOUT);
-      const preview = await this.kernel?.run(this.api, question, range, COARSE, signal);
-      if (!preview || turn <= this.shown) return; // the exact result was faster
-      this.show({ ...preview, question }, turn);
-      this.took = performance.now() - begin;
+      if (job.what === 'part') return await this.part(question, range);
+      const [stretch, points] = this.detailOf(job);
+      const preview = await this.kernel?.run(this.api, question, stretch, points, signal);
+      if (!preview) return;
+      if (this.alone ? turn < this.shown : turn <= this.shown) return; // a later one was faster
+      const answer = { ...preview, question };
+      this.show(answer, turn);
+      if (job.what === 'whole') this.settle(answer);
+      else this.took = performance.now() - begin;
       this.computer = 'page';
       this.obstacle = '';
       this.refused([], '');
     } catch (error) {
       const newer = this.own.superseded || turn < this.turn;
-      if (error instanceof ApiError && !error.transient) {
+      if (this.alone || (error instanceof ApiError && !error.transient)) {
         if (!newer) this.fail(error);
         return;
       }
@@ -198,19 +205,45 @@ export class WhatIf {
     if (source && this.answer === answer) this.answer = { ...answer, source };
   }
 
+  /** What to compute of a job: the stretch of time, and how finely. */
+  private detailOf({ question, what, range }: Job): [range: Range | null, points: number] {
+    if (what === 'preview') return [range, COARSE];
+    const most = Math.max(FINE_LEAST, Math.floor(NUMBERS / (2 * question.columns.length)));
+    return [what === 'whole' ? { from: 0, to: LATEST } : range, Math.min(FINE, most)];
+  }
+
+  /** Reads finer curves of a part in the page. */
+  private async part(question: Question, range: Range | null): Promise<void> {
+    const { whole } = this;
+    if (!range || whole?.question !== question) return;
+    const source = await this.kernel?.curves(question, question.columns, range, FINE);
+    if (source && whole === this.whole) this.keep({ ...whole, source });
+  }
+
+  /** Takes the result of a question's whole run, unless another question has come. */
+  private settle(answer: Answered): void {
+    this.whole = answer;
+    this.seen = new SeenCurves();
+    this.keep(answer);
+    // Too long a scenario never runs from its start: its preview is final.
+    if (this.rest === null && !(this.alone ? this.own : this.queue).superseded) {
+      this.standing = 'exact';
+      if (this.range) this.look(this.range);
+    }
+  }
+
   private show(answer: Answered, turn: number): void {
     this.answer = answer;
     this.shown = turn;
   }
 
   private async run(job: Job): Promise<void> {
-    const { question, turn, what, range } = job;
+    const { question, turn, what } = job;
     const begin = performance.now();
     try {
       const signal = AbortSignal.timeout(TIMEOUT);
-      const stretch = what === 'whole' ? { start: 0, end: LATEST } : stretchOf(range);
-      const most = Math.max(FINE_LEAST, Math.floor(NUMBERS / (2 * question.columns.length)));
-      const points = what === 'preview' ? COARSE : Math.min(FINE, most);
+      const [from, points] = this.detailOf(job);
+      const stretch = stretchOf(from);
       const exact = what !== 'preview';
       const buffer = await this.api.whatif({ ...question, ...stretch, points, exact }, signal);
       const answer = { ...readAnswer(buffer), question };
@@ -221,17 +254,10 @@ export class WhatIf {
       if (turn < this.shown) return; // the page has shown a later one
       this.show(answer, turn);
       if (exact) {
-        this.whole = answer;
-        this.seen = new SeenCurves();
-        this.keep(answer);
+        this.settle(answer);
       } else {
         this.took = performance.now() - begin;
         this.computer = 'server';
-      }
-      // Too long a scenario never runs from its start: its preview is final.
-      if (exact && this.rest === null && !this.queue.superseded) {
-        this.standing = 'exact';
-        if (this.range) this.look(this.range);
       }
       this.backoff.reset();
       this.refused([], '');

@@ -1,0 +1,222 @@
+"""The lab as a static folder: the built page, and files in place of the server's answers."""
+
+from __future__ import annotations
+
+import asyncio
+import gzip
+import hashlib
+import json
+import math
+import shutil
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from fastapi import FastAPI
+from numpy.typing import NDArray
+
+from motionlab.config.load import load_scenario
+from motionlab.config.named_configs import names
+from motionlab.errors import MotionLabError
+from motionlab.server.app import PREFIX, create_app
+from motionlab.server.http.page import page_root
+from motionlab.server.settings import Settings
+from motionlab.simulation.lane_run import Known, lane_run
+from motionlab.simulation.prepare import prepare
+from motionlab.simulation.whatif import Extent, beginning
+from motionlab.targets.lane_code import lane_code
+from motionlab.telemetry.channels import stream_columns
+
+_LEFT_OUT = ("docs.html", "docs-", "swagger")
+"""Files of the page whose names begin so: the API's own page."""
+_DATA = "data"
+_BITS = 40
+"""Inputs are rounded to 2^-40 of the largest of their row: of 15 mm, to 1e-14 m."""
+_ORDER_MAX = 5
+_PLANES = 6
+"""Bytes of a rounded input: 40 bits, and those that differences of order 5 add."""
+
+_WORKER = """\
+// Keeps the files of this demo, so that it opens without a network.
+const NAME = 'motionlab-{name}';
+const FILES = {files};
+addEventListener('install', (event) => {{
+  event.waitUntil(caches.open(NAME).then((cache) => cache.addAll(FILES)));
+}});
+addEventListener('activate', (event) => {{
+  const old = (name) => name.startsWith('motionlab-') && name !== NAME;
+  const remove = (names) => Promise.all(names.filter(old).map((name) => caches.delete(name)));
+  event.waitUntil(caches.keys().then(remove));
+}});
+addEventListener('fetch', (event) => {{
+  event.respondWith(
+    caches
+      .open(NAME)
+      .then((cache) => cache.match(event.request, {{ ignoreSearch: true }}))
+      .then((kept) => kept ?? fetch(event.request)),
+  );
+}});
+"""
+
+
+def write_demo(folder: Path) -> None:
+    """Write the lab as files that any static host serves, from any path.
+
+    Raises
+    ------
+    MotionLabError
+        If the page is not built, or the folder holds something else.
+    """
+    root = page_root()
+    if root is None:
+        raise MotionLabError("the page is not built: `make run` in a checkout builds it")
+    if folder.exists() and any(folder.iterdir()) and not (folder / _DATA / "lanes.js").is_file():
+        raise MotionLabError(f"{folder} is not empty, and no demo: name another folder")
+    shutil.rmtree(folder, ignore_errors=True)
+    files = {**_page_files(root), **_data_files()}
+    files["index.html"] = _marked(files["index.html"])
+    files["sw.js"] = _service_worker(files)
+    for name, content in files.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+
+
+def _page_files(root: Path) -> dict[str, bytes]:
+    """Return the files of the built page, not compressed, but for the API's own page."""
+    files = {}
+    for path in sorted(each for each in root.rglob("*") if each.is_file()):
+        name = path.relative_to(root).as_posix().removesuffix(".gz")
+        if not path.name.startswith(_LEFT_OUT):
+            content = path.read_bytes()
+            files[name] = gzip.decompress(content) if path.suffix == ".gz" else content
+    return files
+
+
+def _data_files() -> dict[str, bytes]:
+    files = {f"{_DATA}/answers.bin": _zipped(json.dumps(_answers()).encode())}
+    for name in names("scenarios"):
+        files[f"{_DATA}/{name}.bin"] = _zipped(_lanes(name))
+    files[f"{_DATA}/lanes.js"] = lane_code().encode()
+    return files
+
+
+def _answers() -> dict[str, Any]:
+    """Return the server's answers to requests that need nothing but what ships, by path."""
+    paths = ["/scenarios", "/fields", "/fields/tune", "/fields/why", "/parts"]
+    paths += [f"/scenarios/{name}" for name in names("scenarios")]
+    answers = asyncio.run(_of_server(paths))
+    motors = answers["/parts"]["motors"]
+    answers["/parts"]["motors"] = [each for each in motors if each["name"] in names("motors")]
+    return {
+        **answers,
+        "/health": {"login": False, "drive": None, "help": False, "compiling": False},
+        "/gain-sets": [],
+        "/layouts": [],
+        "/maps": [],
+        "/trajectories": [],
+        "plants": {
+            name: load_scenario({"base": "circle", "plant": name}).plant.model_dump(mode="json")
+            for name in names("motors")
+        },
+        # Of all scenarios that ship, which have two variants; a session's stream would name them.
+        "channels": [
+            {"name": name, "unit": channel.unit, "meaning": channel.meaning}
+            for name, channel in stream_columns("AB")
+        ],
+    }
+
+
+async def _of_server(paths: list[str]) -> dict[str, Any]:
+    """Ask an application in this process, without its workers."""
+    app = create_app(Settings())
+    return {path: await _get(app, PREFIX + path) for path in paths}
+
+
+async def _get(app: FastAPI, path: str) -> Any:
+    """Return what a path answers, without a network."""
+    sent: list[dict[str, Any]] = []
+
+    async def receive() -> dict[str, Any]:
+        return {"type": "http.request", "body": b"", "more_body": False}
+
+    async def send(message: Any) -> None:
+        sent.append(message)
+
+    scope = {
+        "type": "http",
+        "http_version": "1.1",
+        "method": "GET",
+        "scheme": "http",
+        "path": path,
+        "raw_path": path.encode(),
+        "query_string": b"",
+        "headers": [(b"host", b"127.0.0.1")],
+        "client": ("127.0.0.1", 1),
+        "server": ("127.0.0.1", 80),
+    }
+    await app(scope, receive, send)
+    status = next(each["status"] for each in sent if "status" in each)
+    body = b"".join(each.get("body", b"") for each in sent)
+    if status != 200:
+        raise MotionLabError(f"GET {path} answers {status}: {body.decode()}")
+    return json.loads(body)
+
+
+# -- lanes and inputs -----------------------------------------------------------------------------
+
+
+def _lanes(name: str) -> bytes:
+    """Return the answer to POST /whatif/lanes, its inputs packed behind it.
+
+    Raises
+    ------
+    Obstacle
+        If the page cannot run the scenario.
+    """
+    prepared = prepare(load_scenario(name))
+    start, stop = beginning(prepared, name, {}, Extent(False, Settings().direct_work_max))
+    run = lane_run(prepared, start, stop, Known())
+    rows = [_packed_row(row) for row in run.inputs] if run.inputs is not None else []
+    planes = b"".join(planes.tobytes() for _, _, planes in rows)
+    head = [{"exponent": exponent, "order": order} for exponent, order, _ in rows]
+    answer = replace(run, inputs=None).packed(packed=head)
+    return answer + bytes(-len(planes) % 8) + planes
+
+
+def _packed_row(row: NDArray[np.float64]) -> tuple[int, int, NDArray[np.uint8]]:
+    """Return a row as whole multiples of 2^exponent: differences of an order, byte by byte."""
+    exponent = math.frexp(float(np.abs(row).max()))[1] - _BITS
+    whole = np.rint(np.ldexp(row, -exponent)).astype(np.int64)
+    order, least = min(
+        (
+            (order, np.diff(whole, n=order, prepend=[0] * order) if order else whole)
+            for order in range(_ORDER_MAX)
+        ),
+        key=lambda each: float(np.log2(1.0 + np.abs(each[1])).sum()),
+    )
+    folded = np.where(least < 0, -2 * least - 1, 2 * least).astype("<u8")
+    return exponent, order, folded.view(np.uint8).reshape(-1, 8)[:, :_PLANES].T
+
+
+def _zipped(content: bytes) -> bytes:
+    return gzip.compress(content, 9, mtime=0)
+
+
+# -- the page -------------------------------------------------------------------------------------
+
+
+def _marked(page: bytes) -> bytes:
+    """Return the page with the mark by which its scripts take answers from files."""
+    mark = f'<meta name="motionlab-demo" content="{_DATA}/" />'.encode()
+    return page.replace(b"</title>", b"</title>\n    " + mark, 1)
+
+
+def _service_worker(files: dict[str, bytes]) -> bytes:
+    """Return the script with which the lab opens again without a network."""
+    digest = hashlib.sha256()
+    for name, content in files.items():
+        digest.update(name.encode() + content)
+    kept = [name for name in files if name != "index.html" and not name.startswith("licenses/")]
+    return _WORKER.format(name=digest.hexdigest()[:16], files=json.dumps(["./", *kept])).encode()

@@ -1,0 +1,262 @@
+"""Plain Python functions as JavaScript: what makes lane parameters of a config, for the page.
+
+The functions are translated from their source, not run, so both sides of a branch are there. What
+they may contain is arithmetic, branches, records of numbers and calls of one another; anything
+else raises `UntranslatableError`, naming the function.
+"""
+
+from __future__ import annotations
+
+import ast
+import dataclasses
+import inspect
+import json
+import math
+import textwrap
+from collections.abc import Mapping
+from types import FunctionType
+from typing import Any
+
+import numpy as np
+
+_BINARY = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.Pow: "**"}
+_COMPARE = {
+    ast.Is: "===",
+    ast.IsNot: "!==",
+    ast.Eq: "===",
+    ast.NotEq: "!==",
+    ast.Lt: "<",
+    ast.LtE: "<=",
+    ast.Gt: ">",
+    ast.GtE: ">=",
+}
+_BUILTINS = {"abs": "Math.abs", "min": "Math.min", "max": "Math.max", "float": "Number"}
+_RESERVED = {"default", "delete", "function", "new", "switch", "this", "var", "void"}
+_ITSELF = {"model_dump", "values"}
+"""Methods that give the fields of a config: a config is plain JSON here."""
+
+
+class UntranslatableError(Exception):
+    """A function has something that is not translated."""
+
+
+class Translator:
+    """Translates functions and whatever they call.
+
+    Parameters
+    ----------
+    replaced : mapping of callable to str
+        Functions that are in JavaScript otherwise, and their names there.
+    constants : mapping of str to str
+        Names that stand for something else in JavaScript, and what that is.
+    methods : mapping of str to callable
+        Methods of configs by name; each becomes a function of its object.
+    """
+
+    def __init__(
+        self,
+        *,
+        replaced: Mapping[Any, str],
+        constants: Mapping[str, str],
+        methods: Mapping[str, FunctionType],
+    ) -> None:
+        self.replaced = replaced
+        self.constants = constants
+        self.methods = methods
+        self._texts: dict[FunctionType, str] = {}
+        self._names: dict[FunctionType, str] = {}
+
+    def name(self, function: Any) -> str:
+        """Return the JavaScript name of a function, which is translated if it has not been yet."""
+        if function in self.replaced:
+            return self.replaced[function]
+        if function not in self._names:
+            module = function.__module__.rpartition(".")[2]
+            self._names[function] = f"{module}_{function.__qualname__.replace('.', '_')}"
+            self._texts[function] = ""  # in its place, should it call itself
+            self._texts[function] = _Function(self, function).text()
+        return self._names[function]
+
+    def code(self) -> str:
+        """Return all functions so far."""
+        return "\n".join(self._texts.values())
+
+
+class _Function:
+    """One function."""
+
+    def __init__(self, translator: Translator, function: FunctionType) -> None:
+        self.translator = translator
+        self.function = function
+        closed = inspect.getclosurevars(function)
+        self.seen: dict[str, Any] = {**function.__globals__, **closed.nonlocals}
+        node = ast.parse(textwrap.dedent(inspect.getsource(function))).body[0]
+        if not isinstance(node, ast.FunctionDef):
+            raise self.refusal(node)
+        self.node = node
+        self.local = set(inspect.signature(function).parameters)
+
+    def refusal(self, node: ast.AST) -> UntranslatableError:
+        what = ast.unparse(node)
+        return UntranslatableError(f"{self.function.__qualname__}: {what!r} is not translated")
+
+    def text(self) -> str:
+        parameters = inspect.signature(self.function).parameters.values()
+        listed = ", ".join(
+            _safe(each.name)
+            if each.default is inspect.Parameter.empty
+            else f"{_safe(each.name)} = {_literal(each.default)}"
+            for each in parameters
+        )
+        return (
+            f"function {self.translator.name(self.function)}({listed}) {self.block(self.node.body)}"
+        )
+
+    def block(self, statements: list[ast.stmt]) -> str:
+        return "{\n" + "".join(self.statement(each) for each in statements) + "}\n"
+
+    def statement(self, node: ast.stmt) -> str:
+        match node:
+            case ast.Expr(ast.Constant(str())):
+                return ""
+            case ast.Assign([target], value):
+                return f"var {self.target(target)} = {self.expression(value)};\n"
+            case ast.AnnAssign(target=target, value=ast.expr() as value):
+                return f"var {self.target(target)} = {self.expression(value)};\n"
+            case ast.Return(value):
+                return f"return {'null' if value is None else self.expression(value)};\n"
+            case ast.If(test, body, orelse):
+                rest = f"else {self.block(orelse)}" if orelse else ""
+                return f"if ({self.expression(test)}) {self.block(body)}{rest}"
+        raise self.refusal(node)
+
+    def target(self, node: ast.expr) -> str:
+        match node:
+            case ast.Name(name):
+                self.local.add(name)
+                return _safe(name)
+            case ast.Tuple(parts):
+                return f"[{', '.join(self.target(each) for each in parts)}]"
+        raise self.refusal(node)
+
+    def expression(self, node: ast.expr) -> str:  # noqa: PLR0911, PLR0912 - one case a construct
+        match node:
+            case ast.Constant(value):
+                return _literal(value)
+            case ast.Name(name):
+                return _safe(name) if name in self.local else self.constant(node, name)
+            case ast.BinOp(left, op, right) if type(op) in _BINARY:
+                sides = (self.expression(left), self.expression(right))
+                return f"({sides[0]} {_BINARY[type(op)]} {sides[1]})"
+            case ast.UnaryOp(ast.USub(), value):
+                return f"(-{self.expression(value)})"
+            case ast.UnaryOp(ast.Not(), value):
+                return f"(!{self.expression(value)})"
+            case ast.BoolOp(op, values):
+                sign = " && " if isinstance(op, ast.And) else " || "
+                return f"({sign.join(self.expression(each) for each in values)})"
+            case ast.Compare(left, [op], [right]) if type(op) in _COMPARE:
+                sides = (self.expression(left), self.expression(right))
+                return f"({sides[0]} {_COMPARE[type(op)]} {sides[1]})"
+            case ast.IfExp(test, body, orelse):
+                parts = (self.expression(each) for each in (test, body, orelse))
+                return "({} ? {} : {})".format(*parts)
+            case ast.Tuple(parts) | ast.List(parts):
+                return f"[{', '.join(self.expression(each) for each in parts)}]"
+            case ast.Starred(value):
+                return f"...{self.expression(value)}"
+            case ast.Subscript(value, key):
+                return f"{self.expression(value)}[{self.expression(key)}]"
+            case ast.Attribute(ast.Name("math" | "np"), "inf"):
+                return "Infinity"
+            case ast.Attribute(ast.Name("math"), name):
+                return f"Math.{name.upper() if name in {'pi', 'e'} else name}"
+            case ast.Attribute(value, name):
+                return f"{self.expression(value)}.{name}"
+            case ast.JoinedStr(parts):
+                return f"`{''.join(self.part(each) for each in parts)}`"
+            case ast.Call():
+                return self.call(node)
+        raise self.refusal(node)
+
+    def part(self, node: ast.expr) -> str:
+        """Return a piece of a text; numbers in it have few digits."""
+        match node:
+            case ast.Constant(str(text)):
+                return text
+            case ast.FormattedValue(value, _, None):
+                return f"${{{self.expression(value)}}}"
+            case ast.FormattedValue(value, _, ast.JoinedStr([ast.Constant(".4g")])):
+                return f"${{Number({self.expression(value)}.toPrecision(4))}}"
+            case ast.FormattedValue(value, _, ast.JoinedStr([ast.Constant("g")])):
+                return f"${{Number({self.expression(value)}.toPrecision(6))}}"
+        raise self.refusal(node)
+
+    def constant(self, node: ast.expr, name: str) -> str:
+        if name in self.translator.constants:
+            return self.translator.constants[name]
+        try:
+            return _literal(self.seen[name])
+        except (KeyError, TypeError):
+            raise self.refusal(node) from None
+
+    def call(self, node: ast.Call) -> str:  # noqa: PLR0911 - one case a kind of call
+        match node:
+            case ast.Call(ast.Name("getattr"), [value, name]):
+                return f"{self.expression(value)}[{self.expression(name)}]"
+            case ast.Call(ast.Name(name), [value], []) if name in _BUILTINS:
+                return f"{_BUILTINS[name]}({self.expression(value)})"
+            case ast.Call(ast.Name("min" | "max" as name), values, []):
+                return f"Math.{name}({', '.join(self.expression(each) for each in values)})"
+            case ast.Call(ast.Attribute(ast.Name("math")) as function, values, []):
+                listed = ", ".join(self.expression(each) for each in values)
+                return f"{self.expression(function)}({listed})"
+            case ast.Call(ast.Attribute(value, name), []) if name in _ITSELF:
+                return self.expression(value)
+            case ast.Call(ast.Attribute(value, name), [], []) if name in self.translator.methods:
+                method = self.translator.name(self.translator.methods[name])
+                return f"{method}({self.expression(value)})"
+            case ast.Call(ast.Name(name), positional, keywords) if name in self.seen:
+                return self.known(node, self.seen[name], positional, keywords)
+        raise self.refusal(node)
+
+    def known(
+        self, node: ast.Call, callee: Any, positional: list[ast.expr], keywords: list[ast.keyword]
+    ) -> str:
+        """Return a call of a function, or a record, whose fields have the order of its class."""
+        record = hasattr(callee, "_fields") or dataclasses.is_dataclass(callee)
+        if not callable(callee) or not (record or isinstance(callee, FunctionType)):
+            raise self.refusal(node)
+        names = list(inspect.signature(callee).parameters)
+        values = [self.expression(each) for each in positional]
+        by_name: dict[str, str] = {}
+        for keyword in keywords:
+            value = self.expression(keyword.value)
+            if keyword.arg is not None:
+                by_name[keyword.arg] = value
+            else:  # **config: its fields by name
+                rest = [each for each in names[len(values) :] if each not in by_name]
+                by_name |= {each: f"{value}.{each}" for each in rest}
+        if not record:
+            following = [by_name[each] for each in names[len(values) :] if each in by_name]
+            return f"{self.translator.name(callee)}({', '.join([*values, *following])})"
+        if any(isinstance(each, ast.Starred) for each in positional):
+            return f"record({json.dumps(names)}, [{', '.join(values)}])"
+        values += [by_name[each] for each in names[len(values) :]]
+        pairs = zip(names, values, strict=True)
+        return f"{{{', '.join(f'{name}: {value}' for name, value in pairs)}}}"
+
+
+def _safe(name: str) -> str:
+    """Return a name that is no word of JavaScript."""
+    return f"{name}_" if name in _RESERVED else name
+
+
+def _literal(value: Any) -> str:
+    """Return a constant; raises TypeError where it is none."""
+    if hasattr(value, "_fields"):
+        fields = (f"{name}: {_literal(each)}" for name, each in value._asdict().items())
+        return f"{{{', '.join(fields)}}}"
+    if isinstance(value, (float, np.floating)) and math.isinf(value):
+        return "Infinity" if value > 0.0 else "-Infinity"
+    return json.dumps(value)

@@ -1,0 +1,184 @@
+/** What stands in for the server in a demo: its answers from files, what-ifs for the page's kernel. */
+
+import { type Lanes, packLanes } from '../../kernel/lanes';
+import { network } from '../api/client';
+import { withChanges } from '../api/scenario-paths';
+import type { Channel } from '../../plot/source';
+import type { Changes, Problem, Scenario, SessionInfo, Value } from '../api/types';
+import { app } from '../store.svelte';
+import { recall } from '../session/kept-sessions';
+import { Beyond, changedLanes, type LaneCode, Refused } from './changed-lanes';
+import { NEEDS_SERVER } from './demo-mode';
+import { readPacked } from './packed-inputs';
+
+/** The scenario of a first visit. */
+const FIRST = 'circle';
+const JSON_TYPE = { 'Content-Type': 'application/json' };
+
+interface Answers {
+  plants: Record<string, Value>;
+  channels: Channel[];
+  [path: string]: unknown;
+}
+
+interface LanesRequest {
+  scenario: Scenario;
+  set?: Changes;
+  inputs?: string;
+  tables?: string;
+}
+
+/** A file of the demo; texts and numbers in it are compressed. */
+async function unzipped(url: string): Promise<Response> {
+  const response = await fetch(url);
+  if (!response.ok || !response.body) throw new Error(`${url}: ${response.statusText}`);
+  return new Response(response.body.pipeThrough(new DecompressionStream('gzip')));
+}
+
+export class DemoServer {
+  private readonly lanes = new Map<string, Promise<Lanes>>();
+
+  private constructor(
+    private readonly folder: string,
+    readonly answers: Answers,
+    private readonly code: LaneCode,
+  ) {}
+
+  static async open(folder: string): Promise<DemoServer> {
+    const [answers, code] = await Promise.all([
+      unzipped(`${folder}answers.bin`).then((file) => file.json() as Promise<Answers>),
+      import(/* @vite-ignore */ `${folder}lanes.js`) as Promise<LaneCode>,
+    ]);
+    return new DemoServer(folder, answers, code);
+  }
+
+  /** Answers a request below the API's root. */
+  async answer(method: string, path: string, body: string): Promise<Response> {
+    if (method === 'GET' && path in this.answers) return json(this.answers[path]);
+    if (path === '/sessions' && method === 'POST') return json(this.create(body));
+    const [, id] = /^\/sessions\/([^/]+)$/.exec(path) ?? [];
+    if (id !== undefined && method === 'DELETE') return new Response(null, { status: 204 });
+    if (id !== undefined && method === 'GET') {
+      const kept = recall(id);
+      const scenario = kept?.scenario ?? this.shipped(FIRST);
+      return json(sessionOf(id, scenario, kept?.base ?? scenario));
+    }
+    if (path === '/whatif/lanes') return this.whatIf(JSON.parse(body) as LanesRequest);
+    if (path === '/scenarios/parse') return this.motor(body);
+    return problem(501, NEEDS_SERVER);
+  }
+
+  private shipped(name: string): Scenario {
+    return this.answers[`/scenarios/${name}`] as Scenario;
+  }
+
+  private create(body: string): SessionInfo {
+    const { scenario = FIRST, set = {} } = JSON.parse(body) as {
+      scenario?: Scenario | string;
+      set?: Changes;
+    };
+    const whole = typeof scenario === 'string' ? this.shipped(scenario) : scenario;
+    const changed = withChanges(whole, set, this.parts);
+    return sessionOf(`demo-${Date.now().toString(36)}`, changed, changed);
+  }
+
+  private get parts(): Record<string, Value> {
+    const entries = Object.entries(this.answers.plants);
+    return Object.fromEntries(entries.map(([name, plant]) => [`plant=${name}`, plant]));
+  }
+
+  /** Answers which motor a name stands for: the page asks in TOML. */
+  private motor(toml: string): Response {
+    const [, name = ''] = /^base = "circle"\nplant = "([^"]+)"\n$/.exec(toml) ?? [];
+    const plant = this.answers.plants[name];
+    return plant ? json({ ...this.shipped(FIRST), plant }) : problem(501, NEEDS_SERVER);
+  }
+
+  private async whatIf(request: LanesRequest): Promise<Response> {
+    const { scenario, set = {}, inputs, tables } = request;
+    const shipped = this.shipped(scenario.name);
+    if (!shipped) return problem(501, `The demo has shipped scenarios alone. ${NEEDS_SERVER}`);
+    const lanes = await this.lanesOf(scenario.name);
+    try {
+      const changed = changedLanes(
+        this.code,
+        lanes,
+        shipped,
+        withChanges(scenario, set, this.parts),
+      );
+      const answer = {
+        ...changed,
+        inputs: inputs === lanes.keys.inputs ? null : lanes.inputs,
+        tables: tables === lanes.keys.tables ? null : lanes.tables,
+      };
+      return new Response(packLanes(answer));
+    } catch (error) {
+      if (error instanceof Refused) return problem(422, error.message, error.fields);
+      if (error instanceof Beyond) return problem(501, `${error.message}. ${NEEDS_SERVER}`);
+      throw error;
+    }
+  }
+
+  private lanesOf(name: string): Promise<Lanes> {
+    const lanes =
+      this.lanes.get(name) ??
+      unzipped(`${this.folder}${name}.bin`).then(async (file) =>
+        readPacked(await file.arrayBuffer()),
+      );
+    this.lanes.set(name, lanes);
+    lanes.catch(() => this.lanes.delete(name));
+    return lanes;
+  }
+}
+
+function json(value: unknown): Response {
+  return new Response(JSON.stringify(value), { headers: JSON_TYPE });
+}
+
+function problem(
+  status: number,
+  detail: string,
+  errors: Problem['errors'] | readonly object[] = [],
+) {
+  const title = status === 422 ? 'Refused' : 'No server';
+  return new Response(JSON.stringify({ title, status, detail, errors }), {
+    status,
+    headers: JSON_TYPE,
+  });
+}
+
+/** A session that never moves; without a stream. */
+function sessionOf(id: string, scenario: Scenario, base: Scenario): SessionInfo {
+  return {
+    id,
+    revision: 0,
+    timeline: 0,
+    state: 'paused',
+    tick: 0,
+    time: 0,
+    speed: 1,
+    stream: '',
+    run: null,
+    recorded_from: 0,
+    unrecorded: '',
+    watchers: 0,
+    ends: null,
+    diverged: {},
+    drive: '',
+    changes: [],
+    base,
+    scenario,
+  };
+}
+
+/** Puts the files of a demo in place of the server, and keeps them for a page without a network. */
+export function startDemo(folder: string): void {
+  const server = DemoServer.open(folder);
+  network.request = async (method, path, init) =>
+    (await server).answer(method, path, typeof init.body === 'string' ? init.body : '');
+  void server.then(({ answers }) => (app.session.channels = answers.channels));
+  if ('serviceWorker' in navigator) {
+    // A host without https has none: the demo then needs its network.
+    navigator.serviceWorker.register('sw.js').catch(() => undefined);
+  }
+}

@@ -1,0 +1,193 @@
+"""The lab as a static folder: opened from a path of a file server, with no lab behind it."""
+
+from __future__ import annotations
+
+import functools
+import gzip
+import http.server
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from motionlab.config.changes import apply_changes
+from motionlab.config.load import load_scenario, validate
+from motionlab.errors import MotionLabError
+from motionlab.server.demo import write_demo
+from motionlab.simulation.prepare import prepare
+from motionlab.simulation.result import document
+from motionlab.simulation.run import run
+from tests.e2e.actions import LONG, MAX, RMS, set_field
+from tests.e2e.conftest import VIEW, missing
+from tests.paths import ROOT
+
+COUNT = 50e-9
+"""One count of the encoder, m."""
+FIRST_LOAD = 500_000
+"""Bytes, compressed: all that a first A and B takes."""
+RESULT = """
+window.answers = {};
+const Own = window.Worker;
+window.Worker = class extends Own {
+  constructor(...args) {
+    super(...args);
+    this.addEventListener('message', ({ data: { answer } }) => {
+      if (answer?.windows) window.answers[args.length && this.variant] = answer;
+    });
+  }
+  postMessage(message, ...rest) {
+    if (message.request.kind === 'run') this.variant = message.request.run.variant;
+    super.postMessage(message, ...rest);
+  }
+};
+"""
+
+
+DRAFT = """
+JSON.parse(
+  Object.entries(localStorage).find(([key]) => key.startsWith('motionlab.draft.'))[1],
+)
+"""
+"""What is staged, as the page keeps it."""
+
+
+class Files(http.server.SimpleHTTPRequestHandler):
+    """The handler of `python -m http.server`, without its log."""
+
+    def log_message(self, format: str, *args: Any) -> None:
+        """Write nothing."""
+
+
+class Host:
+    """A static host on a port of its own."""
+
+    def __init__(self, folder: Path) -> None:
+        handler = functools.partial(Files, directory=str(folder))
+        self._server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler)
+        self.url = f"http://127.0.0.1:{self._server.server_port}"
+        self._thread = threading.Thread(target=self._server.serve_forever)
+        self._thread.start()
+
+    def stop(self) -> None:
+        self._server.shutdown()
+        self._thread.join()
+        self._server.server_close()
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a host; the demo lies two levels below it."""
+    if not (ROOT / "frontend" / "dist" / "index.html").is_file():
+        missing("the page is not built: frontend/npm run build")
+    folder = tmp_path_factory.mktemp("host")
+    command = [sys.executable, "-m", "motionlab", "demo", str(folder / "people" / "lab")]
+    subprocess.run(command, check=True)
+    return folder
+
+
+@pytest.fixture
+def host(folder: Path) -> Iterator[Host]:
+    host = Host(folder)
+    yield host
+    host.stop()
+
+
+@pytest.fixture
+def demo(browser: Browser) -> Iterator[Page]:
+    """An empty page; an error on its console fails the test."""
+    page = browser.new_context(viewport=VIEW).new_page()
+    complaints: list[str] = []
+    page.on("console", lambda each: complaints.append(each.text) if each.type == "error" else None)
+    page.on("pageerror", lambda error: complaints.append(str(error)))
+    page.add_init_script(RESULT)
+    yield page
+    page.context.close()
+    assert complaints == []
+
+
+def opened(page: Page, host: Host, address: str = "") -> None:
+    page.goto(f"{host.url}/people/lab/{address}")
+    computed(page)
+
+
+def computed(page: Page) -> None:
+    expect(page.locator(".badge.exact").first).to_be_visible(timeout=LONG)
+
+
+def previewed(page: Page, variant: str) -> dict[str, Any]:
+    return page.evaluate(f"window.answers['{variant}']")["windows"][0]["axes"]
+
+
+def agree(axes: dict[str, Any], scenario: str, changes: dict[str, Any], variant: str) -> None:
+    """Check the metrics of the page against those of the compiled kernel here."""
+    tables = load_scenario(scenario).model_dump(mode="json")
+    prepared = prepare(validate(apply_changes(tables, changes)))
+    exact = document(prepared, run(prepared))["variants"][variant]["axes"]
+    for axis, metrics in exact.items():
+        for name in (MAX, RMS, "max_abs_position_error"):
+            assert abs(axes[axis][name] - metrics[name]) <= COUNT, (axis, name)
+
+
+def test_a_gain_is_dragged_and_the_metrics_are_the_servers(
+    demo: Page, host: Host, folder: Path
+) -> None:
+    urls: list[str] = []
+
+    demo.on("request", lambda request: urls.append(request.url))
+    demo.goto(f"{host.url}/people/lab/")
+    demo.wait_for_function("() => window.answers.A && window.answers.B", timeout=LONG)
+    loaded = urls.copy()
+    computed(demo)
+    files = {url.removeprefix(host.url).lstrip("/").partition("?")[0] for url in loaded}
+    paths = [folder / (f"{name}index.html" if name.endswith("/") else name) for name in files]
+    assert 0 < sum(len(gzip.compress(path.read_bytes())) for path in paths) < FIRST_LOAD
+    agree(previewed(demo, "B"), "circle", {}, "B")
+
+    gain = demo.get_by_role("slider", name="B k_p x", exact=True)
+    gain.focus()
+    for _ in range(5):
+        gain.press("ArrowRight")
+    expect(demo.locator(".badge.exact").first).to_be_visible(timeout=LONG)
+    shown = demo.get_by_role("textbox", name="B k_p x, N/mm").input_value()
+    value = demo.evaluate(DRAFT)
+    assert float(f"{1e-3 * value['variants.B.controller.x.k_p']:.4g}") == float(shown) != 200.3
+    demo.wait_for_timeout(500)
+    computed(demo)
+    agree(previewed(demo, "B"), "circle", value, "B")
+
+
+def test_plant_law_and_scenario_change_without_a_server(demo: Page, host: Host) -> None:
+    opened(demo, host)
+    set_field(demo, "stiction F_s x, N", "5")
+    demo.get_by_role("combobox", name="A compensation law").select_option("residual-k")
+    demo.wait_for_timeout(500)
+    computed(demo)
+    changes = {"plant.x.friction.F_s": 5.0, "variants.A.controller.compensation.law": "residual-k"}
+    agree(previewed(demo, "A"), "circle", changes, "A")
+    demo.get_by_role("combobox", name="Scenario", exact=True).select_option("rhombus")
+    demo.wait_for_timeout(500)
+    computed(demo)
+    agree(previewed(demo, "B"), "rhombus", {}, "B")
+
+
+def test_it_opens_again_without_a_network(demo: Page, host: Host) -> None:
+    opened(demo, host)
+    demo.evaluate("navigator.serviceWorker.ready.then((worker) => worker.active.state)")
+    host.stop()
+    demo.reload()
+    computed(demo)
+    demo.get_by_role("combobox", name="Scenario", exact=True).select_option("stair-x-500nm")
+    demo.wait_for_timeout(500)
+    computed(demo)
+
+
+def test_a_folder_of_something_else_stays(tmp_path: Path) -> None:
+    (tmp_path / "thesis.tex").touch()
+    with pytest.raises(MotionLabError, match="not empty, and no demo"):
+        write_demo(tmp_path)
+    assert (tmp_path / "thesis.tex").exists()
