@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -92,3 +93,35 @@ def test_a_gain_of_a_report_is_dragged(
     expect(metric).to_have_count(0)
     expect(field).to_have_value("200.3")
     assert drawn.get_attribute("d") == ""
+
+
+@pytest.mark.usefixtures("unopened")
+def test_a_gain_of_a_comparison_is_dragged(
+    page: Page, server: Server, disk: Page, tmp_path: Path
+) -> None:
+    gain = "variants.B.controller.x.k_p"
+    runs = []
+    for changes in ({}, {gain: 250e3}):
+        asked = {"scenario": "circle", "set": changes, "keep": True}
+        runs.append(page.request.post(f"{server.url}{API}/simulate", data=asked).json()["run"])
+    body: dict[str, Any] = {"a": runs[0], "b": runs[1], "only": ["B.x.following_error"]}
+    file = tmp_path / "comparison.html"
+    file.write_bytes(page.request.post(f"{server.url}{API}/runs/compare/report", data=body).body())
+    disk.goto(file.as_uri())
+    field = disk.get_by_role("textbox", name="2 B k_p x, N/mm")
+    expect(field).to_have_value("250", timeout=LONG)
+    field.fill("200.3")  # as of run 1
+    field.press("Enter")
+    metrics = [computed(disk, f"{run} B x.{MAX}") for run in (1, 2)]
+    expect(metrics[1]).to_be_visible(timeout=LONG)
+    assert number(metrics[0]) == number(metrics[1])
+    difference = disk.locator("svg").filter(has=disk.locator("title", has_text=": run 2"))
+    live = difference.locator(".live").get_attribute("d") or ""
+    assert len(set(re.findall(r"[ML][\d.]+ ([\d.]+)", live))) == 1  # zero throughout
+    assert "V" not in live
+    field.fill("400")
+    field.press("Enter")
+    expect(difference.locator(".live")).not_to_have_attribute("d", live, timeout=LONG)
+    changed = {"scenario": "circle", "set": {gain: 400e3}}
+    exact = page.request.post(f"{server.url}{API}/simulate", data=changed).json()["variants"]["B"]
+    assert abs(number(metrics[1]) - exact["axes"]["x"][MAX]) <= COUNT

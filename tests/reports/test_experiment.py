@@ -16,19 +16,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from motionlab.analysis.comparison_options import Comparing
 from motionlab.config.load import load_scenario
 from motionlab.lanes import model_hash
 from motionlab.library.library import library
 from motionlab.library.run import RunDetail
-from motionlab.reports.experiment import Experiment, experiment, program
+from motionlab.reports.experiment import NUMBERS_MAX, Experiment, experiments, program
 from motionlab.reports.predicted_rows import predicted_rows
-from motionlab.reports.run_reports import run_report
+from motionlab.reports.run_reports import comparison_report, run_report
 from motionlab.simulation.lane_run import Known, lane_run
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document
 from motionlab.simulation.run import run
 from tests.library.test_replay import keep
-from tests.reports.test_report import Page, check_nothing_is_loaded
+from tests.reports.test_report import DATA, Page, check_nothing_is_loaded
 
 ADDED_MAX = 400_000
 """Bytes that a report takes more for it."""
@@ -49,6 +50,10 @@ def built(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "assets" / "kernel-1.wasm.gz").write_bytes(module)
     monkeypatch.setattr("motionlab.reports.experiment.page_root", lambda: tmp_path)
     return tmp_path
+
+
+def experiment(run: RunDetail, room: int = NUMBERS_MAX) -> Experiment | str:
+    return experiments({"": run}, room)[""]
 
 
 def numbers_of(own: Experiment | str) -> tuple[dict[str, Any], np.ndarray]:
@@ -120,6 +125,37 @@ def test_a_report_holds_it_within_its_bound(name: str, built: Path) -> None:
     assert 100_000 < scripts < ADDED_MAX
 
 
+def test_a_comparison_holds_the_inputs_of_both_once(built: Path) -> None:
+    first, second = kept("circle"), kept("circle", **{"variants.B.controller.x.k_p": 3e5})
+    whole = comparison_report(first.id, second.id, Comparing())
+    page = Page(whole)
+    check_nothing_is_loaded(page)
+    labels = {value for name, value in page.attributes if name == "aria-label"}
+    assert {"1 A k_p x", "2 B k_d y"} <= labels
+    one, _, two = (len(script) for script in page.scripts if DATA.fullmatch(script))
+    assert two < 10_000
+    assert one > 100_000
+    names = {"data-column", "data-less"}
+    sources = {(name, value) for name, value in page.attributes if name in names}
+    assert ("data-column", "2 B.x.following_error") in sources
+    assert ("data-less", "1 B.x.following_error") in sources
+    by_arc = Page(comparison_report(first.id, second.id, Comparing(align="reference")))
+    assert "The curves remain those recorded" in by_arc.whole
+    assert "data-column" not in dict(by_arc.attributes)
+    (built / "report.js").unlink()
+    without = comparison_report(first.id, second.id, Comparing())
+    assert len(whole) - len(without) < ADDED_MAX
+
+
+def test_variants_of_other_letters_are_those_compared(built: Path) -> None:
+    assert built
+    first, second = keep(), keep()
+    how = Comparing(variants={"A": "B", "B": "A"}, only=["B.x.following_error"])
+    page = Page(comparison_report(first.id, second.id, how))
+    columns = [value for name, value in page.attributes if name == "data-column"]
+    assert set(columns) == {"1 B.x.following_error", "2 A.x.following_error"}
+
+
 def test_a_long_run_begins_near_its_window() -> None:
     own = experiment(kept("fig5"))
     head, _ = numbers_of(own)
@@ -135,6 +171,7 @@ def test_a_long_run_begins_near_its_window() -> None:
         ({"kind": "live"}, "recorded live"),
         ({"state": "partial"}, "incomplete"),
         ({"model": "0" * 32}, "Another version"),
+        ({"duration": 1000.0}, "more than 400 s"),
         ({"maps": {"plant.x.force_map": {}}}, "has changed"),
     ],
 )
@@ -151,7 +188,7 @@ def test_a_run_that_cannot_be_simulated_says_why(
 def test_diverged_and_large_runs_say_so() -> None:
     diverged = kept("circle", divergence_error=1e-5)
     assert experiment(diverged) == "A variant diverged."
-    assert "more than the 1 kB" in str(experiment(keep(), room=1000))
+    assert "more than 1 kB" in str(experiment(keep(), room=1000))
 
 
 def test_a_page_of_other_sources_is_not_used(built: Path) -> None:

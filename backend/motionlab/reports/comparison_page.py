@@ -14,12 +14,13 @@ from motionlab.analysis.comparison_options import Comparing, Tolerance
 from motionlab.analysis.run_comparison import compare
 from motionlab.library.run import RunDetail
 from motionlab.reports import results
+from motionlab.reports.experiment import experiments, program
 from motionlab.reports.history import differences, events, scenario_of
 from motionlab.reports.markup import Markup
 from motionlab.reports.page import page
 from motionlab.reports.plots import BINS, VALUES_MAX
 from motionlab.reports.quantities import digits, quantity
-from motionlab.reports.svg_chart import Chart, Curve, spanned, svg
+from motionlab.reports.svg_chart import Chart, Curve, Grid, Source, spanned, svg
 from motionlab.reports.units import Scale, scale_for
 
 DRAWN = 10
@@ -57,6 +58,7 @@ def comparison_page(first: Side, second: Side, how: Comparing) -> bytes:
         column for i, run in enumerate(runs, start=1) for column in results.columns_of(run, f"{i} ")
     ]
     ranked_channels = ranked(comparison.channels)
+    aligned = align(first.columns, second.columns, how)
     return page(
         "comparison.html.j2",
         f"{second.run.name} compared with {first.run.name}",
@@ -73,8 +75,11 @@ def comparison_page(first: Side, second: Side, how: Comparing) -> bytes:
         differences=differences(*runs),
         alignment=_alignment(comparison, how),
         verdicts=[_verdict(channel) for channel in ranked_channels],
-        plots=_plots(align(first.columns, second.columns, how), ranked_channels),
+        plots=_plots(aligned, ranked_channels),
         metrics=results.metrics(columns),
+        program=program(),
+        still=not _coincident(aligned),
+        experiments=experiments({"1 ": first.run, "2 ": second.run}),
     )
 
 
@@ -180,21 +185,50 @@ def _pair(channel: ChannelComparison, shown: Curves, aligned: Aligned) -> tuple[
         "x_label": name,
         "x_unit": unit,
         "width": _WIDTH,
+        "grid": _grid(shown, aligned),
     }
+    own, other = _sources(channel.name, aligned)
     both = Chart(
         title=channel.name,
         unit=channel.unit or "1",
         curves=[
-            Curve("run 1", "one", *rows["baseline"]),
-            Curve("run 2", "two", *rows["candidate"]),
+            Curve("run 1", "one", *rows["baseline"], own),
+            Curve("run 2", "two", *rows["candidate"], other),
         ],
         **common,
     )
     difference = Chart(
         title=f"{channel.name}: run 2 \u2212 run 1",
         unit=channel.unit or "1",
-        curves=[Curve("", "two", *rows["difference"])],
+        curves=[Curve("", "two", *rows["difference"], other, own)],
         band=rows["tolerance"][1],
         **common,
     )
     return svg(both), svg(difference)
+
+
+def _coincident(aligned: Aligned) -> bool:
+    """Return whether the instants are samples of both runs at equal steps of the axis."""
+    alignment = aligned.alignment
+    return alignment.path is None and all(
+        isinstance(each, slice) for each in (alignment.baseline, alignment.candidate)
+    )
+
+
+def _grid(shown: Curves, aligned: Aligned) -> Grid | None:
+    """Return the instants of curves, where they are samples of both runs."""
+    if not _coincident(aligned):
+        return None
+    step = 1.0 if aligned.how.align == "index" else aligned.baseline.grid.period
+    return Grid(shown.start, step, shown.bin)
+
+
+def _sources(name: str, aligned: Aligned) -> tuple[Source | None, Source | None]:
+    """Return the columns of both runs that a channel compares, where instants are samples."""
+    baseline, candidate = aligned.alignment.baseline, aligned.alignment.candidate
+    if not (isinstance(baseline, slice) and isinstance(candidate, slice)):
+        return None, None
+    variant, _, rest = name.partition(".")
+    letters = {target: letter for letter, target in aligned.how.variants.items()}
+    other = f"{letters.get(variant, variant)}.{rest}"
+    return Source(f"1 {name}", baseline.start), Source(f"2 {other}", candidate.start)

@@ -7,9 +7,10 @@ import functools
 import gzip
 import hashlib
 import zlib
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from motionlab.errors import ConfigError, NotReplayable
 from motionlab.files import page_root
@@ -26,8 +27,10 @@ from motionlab.timing import CONTROL_PERIOD
 
 NUMBERS_MAX = 300_000
 """Largest numbers of a document's runs, bytes of base64; program and kernel take 60 kB more."""
-WORK_MAX = 600.0
+WORK_MAX = 400.0
 """Longest run of which a state near its window is computed, summed over variants, s."""
+
+_TICK = 200  # bytes of reference, load and what they are made of
 
 
 class Program(NamedTuple):
@@ -119,22 +122,49 @@ def _program(script: Path, module: Path, _stamps: tuple[int, ...]) -> Program | 
     return Program(Markup(content.decode()), digest, base64.b64encode(packed).decode())
 
 
-def experiment(run: RunDetail, room: int = NUMBERS_MAX) -> Experiment | str:
-    """Return a run as numbers of at most `room` bytes of base64, or why it cannot be simulated."""
-    try:
-        numbers = _obstacle(run) or _numbers(run)
-    except (NotReplayable, ConfigError, Obstacle) as error:
-        numbers = f"{error}."
-    if isinstance(numbers, str):
-        return numbers
-    assert numbers.inputs is not None
-    orders, residuals = predicted_rows(numbers.inputs)
-    packed = replace(numbers, inputs=residuals).packed(orders=orders)
-    text = base64.b64encode(zlib.compress(packed, 9)).decode()
-    if len(text) > room:
-        kilobytes, most = len(text) / 1e3, room / 1e3
-        return f"Its inputs take {kilobytes:.0f} kB, more than the {most:.0f} kB of a report."
-    return Experiment(numbers.first * CONTROL_PERIOD, text, _sliders(numbers))
+def experiments(
+    runs: Mapping[str, RunDetail], room: int = NUMBERS_MAX
+) -> dict[str, Experiment | str]:
+    """Return runs as numbers of at most `room` bytes of base64, or why one cannot be simulated.
+
+    Inputs and tables that are those of the run before are left out.
+    """
+    made: dict[str, Experiment | str] = {}
+    known = Known()
+    for name, run in runs.items():
+        try:
+            numbers = _obstacle(run) or _numbers(run, known)
+        except (NotReplayable, ConfigError, Obstacle) as error:
+            numbers = f"{error}."
+        if isinstance(numbers, str):
+            made[name] = numbers
+            continue
+        text = _packed(numbers)
+        if len(text) > room:
+            kilobytes, most = len(text) / 1e3, room / 1e3
+            made[name] = f"Its inputs take {kilobytes:.0f} kB, more than {most:.0f} kB of a report."
+            continue
+        room -= len(text)
+        known = numbers.keys
+        made[name] = Experiment(numbers.first * CONTROL_PERIOD, text, _sliders(numbers))
+    return made
+
+
+def experiments_memory(*runs: RunDetail) -> int:
+    """Return the memory that `experiments` takes, bytes."""
+    return _TICK * sum(run.ticks for run in runs if _obstacle(run) is None)
+
+
+def _work(run: RunDetail) -> float:
+    return run.duration * len(run.variants)
+
+
+def _packed(numbers: LaneRun) -> str:
+    more: dict[str, Any] = {}
+    if numbers.inputs is not None:
+        more["orders"], residuals = predicted_rows(numbers.inputs)
+        numbers = replace(numbers, inputs=residuals)
+    return base64.b64encode(zlib.compress(numbers.packed(**more), 9)).decode()
 
 
 def _obstacle(run: RunDetail) -> str | None:
@@ -143,6 +173,7 @@ def _obstacle(run: RunDetail) -> str | None:
         "It was recorded live, on drives or by measurement.": run.kind != "simulation",
         "The run is incomplete.": run.state != "complete",
         "Another version of the model has simulated it.": run.model != model_hash(),
+        f"It takes more than {WORK_MAX:g} s, summed over variants.": _work(run) > WORK_MAX,
     }
     reason = next((text for text, holds in reasons.items() if holds), None)
     if reason is None and any(each["diverged"] for each in run.result["variants"].values()):
@@ -150,14 +181,12 @@ def _obstacle(run: RunDetail) -> str | None:
     return reason
 
 
-def _numbers(run: RunDetail) -> LaneRun | str:
+def _numbers(run: RunDetail, known: Known) -> LaneRun | str:
     prepared = again(run).prepared
     if run.maps != maps_of(prepared.scenario):
         return "A force map that it used has changed since."
-    if prepared.work > WORK_MAX:
-        return f"It takes more than {WORK_MAX:g} s, summed over variants."
     start, stop = near_window(prepared)
-    return lane_run(prepared, start, stop, Known())
+    return lane_run(prepared, start, stop, known)
 
 
 def _sliders(numbers: LaneRun) -> dict[str, list[Slider]]:

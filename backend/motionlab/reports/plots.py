@@ -12,7 +12,7 @@ from motionlab.config.planar import AXES
 from motionlab.library.run import RunDetail
 from motionlab.reports.history import Happened
 from motionlab.reports.markup import Markup, element
-from motionlab.reports.svg_chart import VARIANT_LOOKS, Chart, Curve, Mark, svg
+from motionlab.reports.svg_chart import VARIANT_LOOKS, Chart, Curve, Grid, Mark, Source, svg
 from motionlab.reports.svg_plane import plane
 from motionlab.telemetry.decimate import extremes
 from motionlab.telemetry.parquet import read_ticks
@@ -169,11 +169,11 @@ def _chart(
         x=middles,
         span=(0.0, run.duration),
         curves=[
-            Curve(trace.label, trace.look, low[i], high[i], trace.column)
+            Curve(trace.label, trace.look, low[i], high[i], Source(trace.column))
             for i, trace in enumerate(chart.traces)
         ],
         marks=marks(run, happened),
-        samples=size,
+        grid=Grid(0.0, run.period, size),
     )
 
 

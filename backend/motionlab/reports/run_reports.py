@@ -11,7 +11,7 @@ from motionlab.library.library import library
 from motionlab.library.run import RunDetail
 from motionlab.reports import results
 from motionlab.reports.comparison_page import Side, comparison_page
-from motionlab.reports.experiment import experiment, program
+from motionlab.reports.experiment import experiments, experiments_memory, program
 from motionlab.reports.history import events, scenario_of
 from motionlab.reports.page import page
 from motionlab.reports.plots import plots, plots_memory
@@ -35,7 +35,7 @@ def run_report(run_id: str, hold: Hold = lambda _: None) -> bytes:
         If it cannot be read.
     """
     run = library().complete(run_id)
-    hold(plots_memory(run) + _PAGE)
+    hold(plots_memory(run) + experiments_memory(run) + _PAGE)
     happened = events(run)
     with library().files.open(run_id) as file:
         return page(
@@ -48,7 +48,7 @@ def run_report(run_id: str, hold: Hold = lambda _: None) -> bytes:
             plots=plots(run, file, happened),
             digest=library().files.digest(run_id),
             program=program(),
-            experiments={"": experiment(run)},
+            experiments=experiments({"": run}),
         )
 
 
@@ -65,7 +65,8 @@ def comparison_report(
         See `motionlab.analysis.aligned_runs.align`.
     """
     first, second = _side(baseline), _side(candidate)
-    hold(size(first.columns, second.columns) + _PAGE)
+    compared = size(first.columns, second.columns)
+    hold(compared + experiments_memory(first.run, second.run) + _PAGE)
     return comparison_page(first, second, how)
 
 

@@ -75,15 +75,34 @@ _MARKER = {
 """Tells a curve from others without its colour; those left out have none."""
 
 
+class Source(NamedTuple):
+    """A column of a simulated run, and the sample of it at the first of a chart's instants."""
+
+    column: str
+    first: int = 0
+
+
+class Grid(NamedTuple):
+    """Instants `start + k * step` of a chart's axis, and how many of them each bin has."""
+
+    start: float
+    step: float
+    samples: int
+
+
 @dataclass(frozen=True)
 class Curve:
-    """Least and largest value of each bin; NaN is a gap. Of a run's channel, its column's name."""
+    """Least and largest value of each bin; NaN is a gap.
+
+    Of a chart with a grid, `source` is what the curve shows, less the source `less`, if any.
+    """
 
     label: str
     look: str
     low: Values
     high: Values
-    column: str | None = None
+    source: Source | None = None
+    less: Source | None = None
 
 
 class Mark(NamedTuple):
@@ -117,8 +136,8 @@ class Chart:
         Half width of a band about zero: a tolerance.
     width : float
         Width of the plot, in its own units.
-    samples : int, optional
-        In a bin, of curves of columns.
+    grid : Grid, optional
+        The instants, of curves with a source.
     """
 
     title: str
@@ -131,7 +150,7 @@ class Chart:
     marks: Sequence[Mark] = ()
     band: Values | None = None
     width: float = WIDTH
-    samples: int | None = None
+    grid: Grid | None = None
 
 
 class Axis(NamedTuple):
@@ -176,10 +195,10 @@ def svg(chart: Chart) -> Markup:
 
 def _data(chart: Chart, x: Axis, y: Axis, scale: Scale) -> dict[str, object]:
     """Return what a script needs to draw other curves of the same columns."""
-    if chart.samples is None:
+    if chart.grid is None:
         return {}
     return {
-        "data_samples": chart.samples,
+        "data_grid": " ".join(map(repr, chart.grid)),
         "data_x": " ".join(map(repr, x)),
         "data_y": " ".join(map(repr, y)),
         "data_size": repr(scale.size),
@@ -300,9 +319,18 @@ def _curve(curve: Curve, places: Values, y: Axis, shift: float) -> Markup:
     picked = seen[(shares * len(seen)).astype(int)] if len(seen) else seen
     points = [(float(places[i]), float(low[i] + high[i]) / 2) for i in picked]
     drawn = stroked(path_of(places, low, high), curve.look, points)
-    if curve.column is None:
+    if curve.source is None:
         return drawn
-    return element("g", drawn, data_column=curve.column, data_look=curve.look)
+    less = curve.less or Source("")
+    return element(
+        "g",
+        drawn,
+        data_column=curve.source.column,
+        data_first=curve.source.first,
+        data_less=less.column or None,
+        data_less_first=less.first or None,
+        data_look=curve.look,
+    )
 
 
 def _band(chart: Chart, places: Values, y: Axis) -> Markup | None:

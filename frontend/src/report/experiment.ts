@@ -4,8 +4,7 @@ import { runOf, sameRun } from '../app/whatif/run-request';
 import { Engine } from '../kernel/engine';
 import { type Lanes, withFields } from '../kernel/lanes';
 import { type Result, resultOf } from '../kernel/result';
-import type { Bins, Column, Curve, Run, RunResult } from '../kernel/tasks';
-import { inputsOf } from './numbers';
+import type { Column, Curve, Inputs, Run, RunResult } from '../kernel/tasks';
 
 /** Most memory of a run, bytes. */
 const MOST = 64e6;
@@ -17,13 +16,14 @@ export class Experiment {
 
   constructor(
     module: WebAssembly.Module,
-    private readonly lanes: Lanes & { inputs: Float64Array },
+    private readonly lanes: Lanes,
+    inputs: Inputs,
   ) {
     this.engine = new Engine(module, MOST);
     if (lanes.result.model !== this.engine.about.model) {
       throw new Error('the kernel is of another version than the run');
     }
-    this.engine.take(inputsOf(lanes));
+    this.engine.take(inputs);
     this.variants = Object.keys(lanes.windows[0]?.variants ?? {});
   }
 
@@ -45,15 +45,17 @@ export class Experiment {
     );
   }
 
-  /** Reads a column of the latest run in bins of so many samples. */
-  curve(variant: string, column: Column, samples: number): Curve & { bins: Bins } {
-    const { first: from, stop: to } = this.lanes;
-    const bins = { from, to, size: samples };
-    const [curve] = this.engine.curves(variant, [column], bins);
-    return { ...(curve as Curve), bins };
+  /** Reads a column of the latest run over ticks [from, to) in bins of so many samples. */
+  curve(variant: string, column: Column, from: number, to: number, size: number): Curve {
+    const [curve] = this.engine.curves(variant, [column], { from, to, size });
+    return curve as Curve;
   }
 
-  get period(): number {
-    return this.lanes.period;
+  /** Ticks [first, stop) are simulated. */
+  get first(): number {
+    return this.lanes.first;
+  }
+  get stop(): number {
+    return this.lanes.stop;
   }
 }

@@ -14,10 +14,12 @@ export class LiveFigures {
     this.ratios = [...document.querySelectorAll<HTMLElement>('[data-ratio]')];
   }
 
-  show({ variants }: Result): void {
+  /** Shows metrics of a run: empty, or its number in a comparison. */
+  show(run: string, { variants }: Result): void {
     for (const cell of this.cells) {
-      const [variant = '', key = ''] = (cell.dataset.metric ?? '').split(' ').slice(-2);
-      const figures = variants[variant];
+      const { metric = '' } = cell.dataset;
+      const [key = '', variant = '', number = ''] = metric.split(' ').reverse();
+      const figures = number === run ? variants[variant] : undefined;
       if (!figures) continue;
       const [place = '', name = ''] = key.split('.');
       const value = (place === 'contour' ? figures.contour : figures.axes[place as Axis])?.[name];

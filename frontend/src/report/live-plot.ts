@@ -2,7 +2,9 @@
 
 import { AxisScale } from '../plot/axis-scale';
 import type { Axis } from '../kernel/lanes';
+import type { Column, Curve } from '../kernel/tasks';
 import { pathOf } from './svg-path';
+import { differenceOf, type Samples } from './difference';
 import type { Experiment } from './experiment';
 
 const SVG = 'http://www.w3.org/2000/svg';
@@ -19,66 +21,99 @@ interface Ends {
   end: number;
 }
 
+/** A column of a run, and the tick of it at the first instant of the plot. */
+interface Source {
+  experiment: Experiment;
+  variant: string;
+  column: Column;
+  first: number;
+}
+
 interface Recorded {
   group: SVGGElement;
   live: SVGPathElement;
-  variant: string;
-  channel: string;
-  axis: Axis;
+  source: Source;
+  /** What is taken away. */
+  less: Source | null;
+}
+
+/** Bins from an instant on. */
+interface Read extends Curve {
+  from: number;
+  to: number;
 }
 
 export class LivePlot {
   private readonly x: Ends;
   private readonly y: Ends;
   private readonly curves: Recorded[];
-  private readonly samples: number;
+  /** Instants are at start + k step, so many in a bin. */
+  private readonly grid: { start: number; step: number; samples: number };
   /** Lines and numbers of the axis, as recorded. */
   private readonly levels: Element;
   private readonly recorded: readonly Node[];
 
+  /** @param experiments by the number of their run */
   constructor(
     private readonly svg: SVGSVGElement,
-    variants: readonly string[],
+    experiments: ReadonlyMap<string, Experiment>,
   ) {
     this.x = endsOf(svg.dataset.x);
     this.y = endsOf(svg.dataset.y);
-    this.samples = Number(svg.dataset.samples);
+    const [start = 0, step = 1, samples = 1] = (svg.dataset.grid ?? '').split(' ').map(Number);
+    this.grid = { start, step, samples };
     const levels = svg.querySelector('.levels');
     if (!levels) throw new Error('a plot has no axis');
     this.levels = levels;
     this.recorded = [...levels.childNodes];
     this.curves = [...svg.querySelectorAll<SVGGElement>('g[data-column]')].flatMap((group) => {
-      const [variant = '', axis, channel = ''] = (group.dataset.column ?? '').split('.');
-      if (!variants.includes(variant)) return [];
-      const live = document.createElementNS(SVG, 'path');
-      live.setAttribute('class', `curve live ${group.dataset.look ?? ''}`);
+      const { column, first, less, lessFirst, look = '' } = group.dataset;
+      const source = sourceOf(experiments, column, first);
+      const other = sourceOf(experiments, less, lessFirst);
+      if (!source || (less !== undefined && !other)) return [];
+      const live = element('path', { class: `curve live ${look}` }) as SVGPathElement;
       group.after(live);
-      return [{ group, live, variant, channel, axis: axis as Axis }];
+      return [{ group, live, source, less: other }];
     });
   }
 
-  /** Draws the latest run. */
-  draw(experiment: Experiment): void {
-    const read = this.curves.map(({ variant, channel, axis }) =>
-      experiment.curve(variant, { channel, axis }, this.samples),
-    );
+  /** Draws the latest runs. */
+  draw(): void {
+    const { start, step, samples } = this.grid;
+    const read = this.curves.map(({ source, less }) => this.read(source, less));
     const shown = this.widened(read.flatMap(({ minimum, maximum }) => [minimum, maximum]));
     this.show(shown);
     this.curves.forEach(({ live }, i) => {
-      const { minimum, maximum, bins } = read[i] as (typeof read)[number];
-      const time = (bin: number) => {
-        const begin = bins.from + bin * bins.size;
-        return ((begin + Math.min(begin + bins.size, bins.to) - 1) / 2) * experiment.period;
+      const { minimum, maximum, from, to } = read[i] as Read;
+      const middle = (bin: number) => {
+        const begin = from + bin * samples;
+        return start + (step * (begin + Math.min(begin + samples, to) - 1)) / 2;
       };
       const path = pathOf(
         minimum.length,
-        (bin) => placeOf(this.x, time(bin)),
+        (bin) => placeOf(this.x, middle(bin)),
         (bin) => placeOf(shown, minimum[bin] as number),
         (bin) => placeOf(shown, maximum[bin] as number),
       );
       live.setAttribute('d', path);
     });
-    this.svg.classList.add('tried');
+    this.svg.classList.toggle('tried', this.curves.length > 0);
+  }
+
+  /** Reads a curve, or the difference of two, over the instants of the plot that are simulated. */
+  private read(source: Source, less: Source | null): Read {
+    const { start, step, samples } = this.grid;
+    const count = 1 + Math.round((this.x.high - start) / step);
+    const both = less ? [source, less] : [source];
+    const from = Math.max(0, ...both.map(({ experiment, first }) => experiment.first - first));
+    const ends = both.map(({ experiment, first }) => experiment.stop - first);
+    const to = Math.max(from, Math.min(count, ...ends));
+    const columns = both.map(({ experiment, variant, column, first }) =>
+      experiment.curve(variant, column, first + from, first + to, less ? 1 : samples),
+    );
+    const [curve, other] = columns.map((each) => (less ? each.minimum : each));
+    if (!less) return { ...(curve as Curve), from, to };
+    return { ...differenceOf(curve as Samples, other as Samples, samples), from, to };
   }
 
   /** Goes back to the recorded curves alone. */
@@ -138,6 +173,19 @@ export class LivePlot {
     label.textContent = text;
     return label;
   }
+}
+
+/** A column such as "1 A.x.following_error", or without a number; null where it is not simulated. */
+function sourceOf(
+  experiments: ReadonlyMap<string, Experiment>,
+  text = '',
+  first = '0',
+): Source | null {
+  const [name = '', run = ''] = text.split(' ').reverse();
+  const [variant = '', axis, channel = ''] = name.split('.');
+  const experiment = experiments.get(run);
+  if (!experiment?.variants.includes(variant)) return null;
+  return { experiment, variant, column: { channel, axis: axis as Axis }, first: Number(first) };
 }
 
 function endsOf(text = ''): Ends {

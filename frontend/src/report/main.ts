@@ -2,13 +2,14 @@
 
 import { hasSimd } from '../kernel/module';
 import type { Result } from '../kernel/result';
+import type { Inputs } from '../kernel/tasks';
 import { Experiment } from './experiment';
 import { LiveFigures } from './live-figures';
 import { LivePlot } from './live-plot';
-import { lanesOf, moduleOf } from './numbers';
+import { moduleOf, recordOf } from './numbers';
 import { Sliders } from './sliders';
 
-const REPRODUCED = 'The recorded gains.';
+const RECORDED = 'The recorded gains.';
 
 async function begin(section: HTMLElement): Promise<void> {
   const status = one<HTMLElement>(section, '[role=status]');
@@ -17,46 +18,61 @@ async function begin(section: HTMLElement): Promise<void> {
     throw new Error('this browser has no WebAssembly with SIMD, or cannot decompress');
   }
   const module = await moduleOf(one(section, '[data-kernel]').textContent ?? '');
-  const lanes = await lanesOf(one(section, '[data-numbers]').textContent ?? '');
-  const experiment = new Experiment(module, lanes);
-  const { variants } = experiment;
-  const plots = [...document.querySelectorAll<SVGSVGElement>('svg[data-samples]')].map(
-    (svg) => new LivePlot(svg, variants),
+  const experiments = await experimentsOf(section, module);
+  const plots = [...document.querySelectorAll<SVGSVGElement>('svg[data-grid]')].map(
+    (svg) => new LivePlot(svg, experiments),
   );
   const figures = new LiveFigures(document);
   const draw = () => {
     const started = performance.now();
-    const result = experiment.run(sliders.values);
-    for (const plot of plots) plot.draw(experiment);
-    figures.show(result);
-    status.textContent = textOf(result, performance.now() - started);
+    const notes = [...experiments].flatMap(([run, experiment]) => {
+      const result = experiment.run(sliders.valuesOf(run));
+      figures.show(run, result);
+      return notesOf(run, result);
+    });
+    for (const plot of plots) plot.draw();
+    const took = (performance.now() - started).toFixed(0);
+    status.textContent = [`Computed by this page in ${took} ms.`, ...notes].join(' ');
   };
   let frame = 0;
   const soon = () => {
     cancelAnimationFrame(frame);
     frame = requestAnimationFrame(draw);
   };
-  const sliders = new Sliders(
-    tools.querySelectorAll<HTMLElement>('[data-path]'),
-    soon,
-    (reason) => (status.textContent = reason),
-  );
+  const refused = (reason: string) => (status.textContent = reason);
+  const sliders = new Sliders(tools.querySelectorAll('[data-path]'), soon, refused);
   one(section, 'button').addEventListener('click', () => {
     cancelAnimationFrame(frame);
     sliders.back();
     for (const plot of plots) plot.clear();
     figures.clear();
-    status.textContent = REPRODUCED;
+    status.textContent = RECORDED;
   });
-  status.textContent = REPRODUCED;
+  status.textContent = RECORDED;
   tools.hidden = false;
 }
 
-function textOf({ variants }: Result, milliseconds: number): string {
-  const notes = Object.entries(variants).flatMap(([name, { diverged }]) =>
-    diverged ? [`${name} diverges at ${diverged.time.toFixed(4)} s: ${diverged.channel}.`] : [],
+/** Runs of the report by their number, of a single one empty. */
+async function experimentsOf(
+  section: HTMLElement,
+  module: WebAssembly.Module,
+): Promise<Map<string, Experiment>> {
+  const experiments = new Map<string, Experiment>();
+  let before: Inputs | null = null;
+  for (const block of section.querySelectorAll<HTMLElement>('[data-numbers]')) {
+    const { lanes, inputs } = await recordOf(block.textContent ?? '', before);
+    experiments.set((block.dataset.numbers ?? '').trim(), new Experiment(module, lanes, inputs));
+    before = inputs;
+  }
+  return experiments;
+}
+
+function notesOf(run: string, { variants }: Result): string[] {
+  return Object.entries(variants).flatMap(([name, { diverged }]) =>
+    diverged
+      ? [`${run} ${name} diverges at ${diverged.time.toFixed(4)} s: ${diverged.channel}.`]
+      : [],
   );
-  return [`Computed by this page in ${milliseconds.toFixed(0)} ms.`, ...notes].join(' ');
 }
 
 function one<T extends Element>(parent: ParentNode, selector: string): T {

@@ -8,18 +8,23 @@ export async function moduleOf(text: string): Promise<WebAssembly.Module> {
   return WebAssembly.compile(await inflated(text, 'gzip'));
 }
 
-/** Reads a run, its inputs from their residuals. */
-export async function lanesOf(text: string): Promise<Lanes & { inputs: Float64Array }> {
+/** Reads a run; inputs and tables that it leaves out are those of the run before. */
+export async function recordOf(
+  text: string,
+  before: Inputs | null,
+): Promise<{ lanes: Lanes; inputs: Inputs }> {
   const lanes = readLanes(await inflated(text, 'deflate'));
-  if ('obstacle' in lanes || !lanes.inputs) throw new Error('the numbers of the run are missing');
+  if ('obstacle' in lanes) throw new Error(lanes.obstacle);
+  const { references, first, stop, period, keys } = lanes;
+  const shared = { key: keys.inputs, references, first, stop, period };
+  const tables = lanes.tables ?? before?.tables ?? new Float64Array();
+  if (!lanes.inputs) {
+    if (!before) throw new Error('the inputs of the run are missing');
+    return { lanes, inputs: { ...shared, rows: before.rows, numbers: before.numbers, tables } };
+  }
   const { orders } = lanes as unknown as { orders: number[] };
-  return { ...lanes, inputs: fromResiduals(orders, lanes.inputs) };
-}
-
-export function inputsOf(lanes: Lanes & { inputs: Float64Array }): Inputs {
-  const { rows, references, first, stop, period, inputs, tables, keys } = lanes;
-  const numbers = { numbers: inputs, tables: tables ?? new Float64Array() };
-  return { key: keys.inputs, rows, references, first, stop, period, ...numbers };
+  const numbers = fromResiduals(orders, lanes.inputs);
+  return { lanes, inputs: { ...shared, rows: lanes.rows, numbers, tables } };
 }
 
 async function inflated(text: string, format: CompressionFormat): Promise<ArrayBuffer> {

@@ -7,6 +7,7 @@ import { position, valueAfterKey, valueAt } from '../ui/log-slider';
 class Gain {
   value: number;
   readonly path: string;
+  readonly run: string;
   private readonly range: HTMLInputElement;
   private readonly field: HTMLInputElement;
 
@@ -19,6 +20,7 @@ class Gain {
     if (!range || !field) throw new Error('a gain has no slider');
     [this.range, this.field] = [range, field];
     this.path = row.dataset.path ?? '';
+    this.run = (row.dataset.run ?? '').trim();
     this.value = this.recorded;
     this.show();
     range.addEventListener('input', () => {
@@ -91,8 +93,10 @@ export class Sliders {
     this.gains = [...rows].map((row) => new Gain(row, changed, refused));
   }
 
-  get values(): Map<string, number> {
-    return new Map(this.gains.map(({ path, value }) => [path, value]));
+  /** Values by path, of the run of a number. */
+  valuesOf(number: string): Map<string, number> {
+    const gains = this.gains.filter(({ run }) => run === number);
+    return new Map(gains.map(({ path, value }) => [path, value]));
   }
 
   back(): void {
