@@ -116,8 +116,14 @@ class ModelConfig(Config):
 def _field(parameter: Parameter) -> Any:
     """Return the type and the declaration of a law's parameter as a field of a config."""
     each = parameter
+    users = [law.name for law in LAWS.values() if each in law.parameters]
     if each.choices:
-        choice = Field(default=each.default, title=each.label, description=each.description)
+        choice = Field(
+            default=each.default,
+            title=each.label,
+            description=each.description,
+            json_schema_extra={"used_with": users},
+        )
         return Literal[each.choices], choice
     declared = quantity(
         each.description,
@@ -129,6 +135,8 @@ def _field(parameter: Parameter) -> Any:
         gt=each.gt,
         le=each.le,
         lt=each.lt,
+        usual=each.usual,
+        used_with=users,
     )
     return (float if each.default is not None else float | None), declared
 

@@ -31,6 +31,7 @@ GAIN = Parameter(
     unit="1/s",
     ge=0,
     le=1e5,
+    usual=(1.0, 3e3),
 )
 _USUAL = 300.0  # 1/s
 

@@ -72,6 +72,8 @@ class Parameter:
         None: the law decides.
     ge, gt, le, lt : float, optional
         Bounds, in `unit`.
+    usual : tuple of float, optional
+        Range of a slider, in `unit`.
     choices : tuple of str
         The values of a parameter that is no number.
     label, source : str
@@ -86,6 +88,7 @@ class Parameter:
     gt: float | None = None
     le: float | None = None
     lt: float | None = None
+    usual: tuple[float, float] | None = None
     choices: tuple[str, ...] = ()
     label: str | None = None
     source: str = OURS

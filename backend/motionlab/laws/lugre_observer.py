@@ -28,6 +28,7 @@ BRISTLE_LIMIT = Parameter(
     "reversed-k, none otherwise",
     gt=0,
     le=1000,
+    usual=(0.1, 10.0),
 )
 
 

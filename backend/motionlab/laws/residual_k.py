@@ -31,6 +31,7 @@ RESIDUAL_BANDWIDTH = Parameter(
     default=30.0,
     gt=0,
     le=1000,
+    usual=(1.0, 500.0),
 )
 REGULARISATION = Parameter(
     "regularisation",
@@ -38,6 +39,7 @@ REGULARISATION = Parameter(
     default=0.4,
     gt=0,
     le=10,
+    usual=(0.05, 5.0),
 )
 BRISTLES = 1.2
 """Largest bristle estimate where a config gives none, in units of F_s/sigma_0."""

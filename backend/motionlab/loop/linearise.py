@@ -358,7 +358,8 @@ def controller_about(par: Parameters, v: float) -> StateSpace:
     rest = v == 0.0
     model = par.model_friction
     law = law_of(par)
-    sliding = law.State() if law.sliding is None else law.sliding(model, v)
+    at_rest = law.State(*[0.0] * len(law.State._fields))
+    sliding = at_rest if law.sliding is None else law.sliding(model, v)
     remembered = (*(f"law.s_{k}" for k in range(len(sliding))), *_MEMORY)
     rows = [state_row(path) for path in remembered]
     # At rest nothing cancels, and abs(v) is no straight line: a step so much smaller.

@@ -9,7 +9,7 @@ import {
   type Scenario,
   type Value,
 } from '../../../app/api/types';
-import { entryOf } from '../../../app/fields/fields.svelte';
+import { entryOf, served } from '../../../app/fields/fields.svelte';
 import type { SliderScale } from '../../../ui/log-slider';
 import { digits, quantity, type Quantity } from '../../../ui/units';
 
@@ -50,6 +50,16 @@ export function switchNotch(scenario: Scenario | null, variant: string, on: bool
       return [path, (on ? entry?.example : entry?.default) as Value];
     }),
   );
+}
+
+/** Paths of the parameters that a variant's law uses. */
+export function lawParameters(scenario: Scenario | null, variant: string): string[] {
+  const compensation = `variants.${variant}.controller.compensation`;
+  const law = String(at(scenario, `${compensation}.law`) ?? 'off');
+  return Object.keys(served.scenario.fields)
+    .filter((path) => path.startsWith('variants.*.controller.compensation.'))
+    .map((path) => path.replace('*', variant))
+    .filter((path) => entryOf(path)?.used_with?.includes(law));
 }
 
 /** Everything of the controllers that the panel can change. */

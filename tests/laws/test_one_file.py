@@ -1,0 +1,120 @@
+"""A law that is one file more in the package is wherever a law can be."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+
+from tests.export.compilers import call, compiler
+from tests.library.served import API, PATIENCE, SERVE
+from tests.paths import ROOT
+
+LAW = ROOT / "tests" / "fixtures" / "laws" / "relay.py"
+COMPENSATION = "variants.B.controller.compensation"
+
+
+@pytest.fixture(scope="module")
+def environment(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """Return the environment of a lab that has the law; nothing else of it differs."""
+    folder = tmp_path_factory.mktemp("lab")
+    package = folder / "motionlab"
+    ignored = shutil.ignore_patterns("__pycache__")
+    shutil.copytree(ROOT / "backend" / "motionlab", package, ignore=ignored)
+    shutil.copytree(ROOT / "configs", package / "configs")  # as in a wheel
+    shutil.copy(LAW, package / "laws")
+    paths = f"{folder}{os.pathsep}{ROOT}"
+    data = folder / "data"
+    data.mkdir()
+    own = {"PYTHONPATH": paths, "NUMBA_CACHE_DIR": str(folder), "MOTIONLAB_DATA": str(data)}
+    return os.environ | own
+
+
+def printed(environment: dict[str, str], *words: str) -> str:
+    """Return what a command of that lab prints."""
+    command = [sys.executable, "-m", *words]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def _address(server: subprocess.Popen[bytes], stderr: Path) -> str:
+    end = time.monotonic() + PATIENCE
+    while (said := re.search(r"Serving (http://[0-9.:]+)", stderr.read_text())) is None:
+        assert server.poll() is None and time.monotonic() < end, stderr.read_text()
+        time.sleep(0.05)
+    return said[1]
+
+
+@pytest.fixture(scope="module")
+def lab(
+    environment: dict[str, str], tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[httpx.Client]:
+    """Return a client of a server that has the law."""
+    file = tmp_path_factory.mktemp("served") / "stderr.txt"
+    with file.open("wb") as stderr:
+        process = subprocess.Popen([sys.executable, *SERVE], env=environment, stderr=stderr)
+    try:
+        with httpx.Client(base_url=_address(process, file), timeout=120, trust_env=False) as client:
+            yield client
+    finally:
+        process.terminate()
+        process.wait(60)
+
+
+def test_it_is_listed_with_its_parameters(environment: dict[str, str]) -> None:
+    laws = json.loads(printed(environment, "motionlab", "laws", "--json"))
+    relay = next(law for law in laws if law["name"] == "relay")
+    assert relay["title"] == "viscous and relay"
+    assert [each["path"] for each in relay["parameters"]] == ["level", "zone"]
+
+
+def test_it_is_simulated_linearised_and_in_the_module_of_the_page(
+    environment: dict[str, str],
+) -> None:
+    found: dict[str, Any] = json.loads(printed(environment, "tests.laws.surfaces", "relay"))
+    assert 0.3 < found["recorded"] < 1.0  # the relay's level, and viscous friction
+    assert found["module_error"] < 1e-6
+    assert found["phase_margin"] > 0.0
+
+
+def test_it_is_served_and_taken_by_a_live_session(lab: httpx.Client) -> None:
+    fields = lab.get(f"{API}/fields").json()["fields"]
+    choices = [each["value"] for each in fields[f"variants.*.controller.compensation.law"]["choices"]]
+    assert "relay" in choices
+    level = fields[f"variants.*.controller.compensation.level"]
+    assert (level["unit"], level["used_with"]) == ("N", ["relay"])
+    answer = lab.post(f"{API}/sessions", json={"scenario": "circle"}).raise_for_status()
+    session = answer.headers["location"]
+    changes = {f"{COMPENSATION}.law": "relay", f"{COMPENSATION}.level": 0.7}
+    lab.patch(f"{session}/parameters", json={"set": changes}).raise_for_status()
+    refused = lab.patch(f"{session}/parameters", json={"set": {f"{COMPENSATION}.level": 101.0}})
+    assert refused.status_code == 422
+    assert refused.json()["errors"][0]["unit"] == "N"
+    lab.post(f"{session}/step", json={"ticks": 800}).raise_for_status()
+    text = lab.get(f"{session}/telemetry", params={"format": "csv"}).raise_for_status().text
+    names, *rows = (line.split(",") for line in text.splitlines() if not line.startswith("#"))
+    column = next(k for k, name in enumerate(names) if name.startswith("B.x.friction_estimate"))
+    assert max(abs(float(row[column])) for row in rows[-50:]) >= 0.7
+
+
+def test_it_is_exported(environment: dict[str, str], tmp_path: Path) -> None:
+    words = ("export-controller", "circle", "-o", str(tmp_path / "new"), "--variant", "B")
+    changes = ("compensation.law=relay", "compensation.level=0.25")
+    options = [f"--set=variants.B.controller.{change}" for change in changes]
+    more = ("--seconds", "0.5", "--set=trajectory.lead_in=0.1")
+    printed(environment, "motionlab", *words, *options, *more)
+    checked = call("make", "-C", tmp_path / "new", "check", f"CC={compiler('gcc')}")
+    assert "1000 periods, 0 numbers beyond" in checked.stdout, checked.stdout + checked.stderr
+    code = (tmp_path / "new" / "psrm_controller.c").read_text()
+    assert "/* Estimate friction as level side + sigma_2 v_ref. */\nstatic void relay(" in code
