@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import os
 import re
@@ -90,9 +91,11 @@ def test_it_is_simulated_linearised_and_in_the_module_of_the_page(
 
 def test_it_is_served_and_taken_by_a_live_session(lab: httpx.Client) -> None:
     fields = lab.get(f"{API}/fields").json()["fields"]
-    choices = [each["value"] for each in fields[f"variants.*.controller.compensation.law"]["choices"]]
+    choices = [
+        each["value"] for each in fields["variants.*.controller.compensation.law"]["choices"]
+    ]
     assert "relay" in choices
-    level = fields[f"variants.*.controller.compensation.level"]
+    level = fields["variants.*.controller.compensation.level"]
     assert (level["unit"], level["used_with"]) == ("N", ["relay"])
     answer = lab.post(f"{API}/sessions", json={"scenario": "circle"}).raise_for_status()
     session = answer.headers["location"]
@@ -103,8 +106,8 @@ def test_it_is_served_and_taken_by_a_live_session(lab: httpx.Client) -> None:
     assert refused.json()["errors"][0]["unit"] == "N"
     lab.post(f"{session}/step", json={"ticks": 800}).raise_for_status()
     text = lab.get(f"{session}/telemetry", params={"format": "csv"}).raise_for_status().text
-    names, *rows = (line.split(",") for line in text.splitlines() if not line.startswith("#"))
-    column = next(k for k, name in enumerate(names) if name.startswith("B.x.friction_estimate"))
+    names, *rows = csv.reader(text.splitlines())
+    column = names.index("B.x.friction_estimate [N]")
     assert max(abs(float(row[column])) for row in rows[-50:]) >= 0.7
 
 
