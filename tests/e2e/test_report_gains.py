@@ -71,7 +71,7 @@ def test_a_gain_of_a_report_is_dragged(
     assert drawn.get_attribute("d") != path
 
     field = disk.get_by_role("textbox", name="B k_p x, N/mm")
-    changes = {"variants.B.controller.x.k_p": 1e3 * float(field.input_value())}
+    changes: dict[str, Any] = {"variants.B.controller.x.k_p": 1e3 * float(field.input_value())}
     body: dict[str, Any] = {"scenario": "circle", "set": changes}
     exact = page.request.post(f"{server.url}{API}/simulate", data=body).json()["variants"]
     for variant, metrics in exact.items():
@@ -88,10 +88,19 @@ def test_a_gain_of_a_report_is_dragged(
     expect(status).to_contain_text("are allowed")
     assert number(metric) == pytest.approx(exact["B"]["axes"]["x"][MAX], abs=COUNT)
 
+    box = disk.get_by_role("checkbox", name="B compensation", exact=True)
+    before = metric.get_attribute("data-value") or ""
+    box.uncheck()
+    expect(metric).not_to_have_attribute("data-value", before, timeout=LONG)
+    changes["variants.B.controller.compensation.enabled"] = False
+    switched = page.request.post(f"{server.url}{API}/simulate", data=body).json()["variants"]["B"]
+    assert abs(number(metric) - switched["axes"]["x"][MAX]) <= COUNT
+
     disk.get_by_role("button", name="Back to the recorded gains").click()
     expect(status).to_have_text("The recorded gains.")
     expect(metric).to_have_count(0)
     expect(field).to_have_value("200.3")
+    expect(box).to_be_checked()
     assert drawn.get_attribute("d") == ""
 
 

@@ -103,7 +103,8 @@ def test_its_inputs_are_those_of_the_run() -> None:
     assert head["result"]["model"] == model_hash()
     assert own.begin == 0.0
     gains = {each.path: each.value for sliders in own.sliders.values() for each in sliders}
-    assert set(gains) == set(head["copies"])
+    switches = {path for each in own.switches.values() for s in each for path in s.values}
+    assert set(gains) | switches == set(head["copies"])
     assert gains["variants.B.controller.x.k_p"] == 200_300.0
 
 
@@ -189,6 +190,22 @@ def test_diverged_and_large_runs_say_so() -> None:
     diverged = kept("circle", divergence_error=1e-5)
     assert experiment(diverged) == "A variant diverged."
     assert "more than 1 kB" in str(experiment(keep(), room=1000))
+
+
+def test_switches_are_those_that_change_something() -> None:
+    own = experiment(keep())
+    assert isinstance(own, Experiment)
+    names = {
+        variant: {each.name: each.on for each in all_} for variant, all_ in own.switches.items()
+    }
+    both = {"feedforward": False, "disturbance observer": False}
+    assert names == {"A": both, "B": both | {"compensation": True}}  # the law of A adds nothing
+    for switch in own.switches["B"]:
+        assert [path.split()[1] for path in switch.values] == ["x", "y"]
+        assert set(switch.values.values()) == {(0.0, 1.0)}
+    scheduled = experiment(kept("fig5"))
+    assert isinstance(scheduled, Experiment)
+    assert not any(scheduled.switches.values())
 
 
 def test_a_page_of_other_sources_is_not_used(built: Path) -> None:

@@ -40,7 +40,7 @@ async function begin(section: HTMLElement): Promise<void> {
     frame = requestAnimationFrame(draw);
   };
   const refused = (reason: string) => (status.textContent = reason);
-  const sliders = new Sliders(tools.querySelectorAll('[data-path]'), soon, refused);
+  const sliders = new Sliders(tools, soon, refused);
   one(section, 'button').addEventListener('click', () => {
     cancelAnimationFrame(frame);
     sliders.back();

@@ -86,20 +86,69 @@ class Gain {
   }
 }
 
+/** A switch, and the values of what it changes where it is off, and where it is on. */
+class Switch {
+  readonly run: string;
+  private readonly box: HTMLInputElement;
+  private readonly ends: Record<string, [off: number, on: number]>;
+
+  constructor(
+    private readonly label: HTMLElement,
+    changed: () => void,
+  ) {
+    const box = label.querySelector('input');
+    if (!box) throw new Error('a switch has no box');
+    this.box = box;
+    this.run = (label.dataset.run ?? '').trim();
+    this.ends = JSON.parse(label.dataset.switch ?? '{}') as typeof this.ends;
+    this.back(); // a browser may keep what was before a reload
+    box.addEventListener('change', () => {
+      this.mark();
+      changed();
+    });
+  }
+
+  get values(): [path: string, value: number][] {
+    return Object.entries(this.ends).map(([path, [off, on]]) => [
+      path,
+      this.box.checked ? on : off,
+    ]);
+  }
+
+  back(): void {
+    this.box.checked = this.box.defaultChecked;
+    this.mark();
+  }
+
+  private mark(): void {
+    this.label.classList.toggle('moved', this.box.checked !== this.box.defaultChecked);
+  }
+}
+
 export class Sliders {
   private readonly gains: readonly Gain[];
+  private readonly switches: readonly Switch[];
 
-  constructor(rows: Iterable<HTMLElement>, changed: () => void, refused: (reason: string) => void) {
-    this.gains = [...rows].map((row) => new Gain(row, changed, refused));
+  constructor(tools: ParentNode, changed: () => void, refused: (reason: string) => void) {
+    const [rows, labels] = ['[data-path]', '[data-switch]'].map((selector) => [
+      ...tools.querySelectorAll<HTMLElement>(selector),
+    ]) as [HTMLElement[], HTMLElement[]];
+    this.gains = rows.map((row) => new Gain(row, changed, refused));
+    this.switches = labels.map((label) => new Switch(label, changed));
   }
 
   /** Values by path, of the run of a number. */
   valuesOf(number: string): Map<string, number> {
-    const gains = this.gains.filter(({ run }) => run === number);
-    return new Map(gains.map(({ path, value }) => [path, value]));
+    const own = <T extends { run: string }>(all: readonly T[]) =>
+      all.filter(({ run }) => run === number);
+    return new Map([
+      ...own(this.gains).map(({ path, value }) => [path, value] as const),
+      ...own(this.switches).flatMap(({ values }) => values),
+    ]);
   }
 
   back(): void {
     for (const gain of this.gains) gain.set(gain.recorded);
+    for (const each of this.switches) each.back();
   }
 }
