@@ -175,6 +175,20 @@ def test_plant_law_and_scenario_change_without_a_server(demo: Page, host: Host) 
     agree(previewed(demo, "B"), "rhombus", {}, "B")
 
 
+def test_another_circle_is_sampled_in_the_page(demo: Page, host: Host) -> None:
+    opened(demo, host)
+    set_field(demo, "frequency, Hz", "0.7")
+    set_field(demo, "radius, mm", "12")
+    demo.wait_for_timeout(500)
+    computed(demo)
+    changes = {"trajectory.frequency": 0.7, "trajectory.radius": 0.012}
+    agree(previewed(demo, "B"), "circle", changes, "B")
+    set_field(demo, "radius, mm", "200")
+    problem = demo.get_by_text("position of x exceeds the motor's", exact=False)
+    expect(problem.first).to_be_visible()
+    agree(previewed(demo, "B"), "circle", changes, "B")
+
+
 def test_it_opens_again_without_a_network(demo: Page, host: Host) -> None:
     opened(demo, host)
     demo.evaluate("navigator.serviceWorker.ready.then((worker) => worker.active.state)")

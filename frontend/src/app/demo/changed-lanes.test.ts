@@ -25,6 +25,7 @@ const shipped = {
 
 /** Two rows: k_p, and one that a table decides. */
 const code: LaneCode = {
+  STATES: ['plant.p'],
   PARAMETERS: ['force_model.sharing.law', 'k_p'],
   LEAST_NORM: 0,
   PLANT_STEP: 0.1,

@@ -9,6 +9,7 @@ import { entryOf } from '../fields/fields.svelte';
 /** The module `data/lanes.js`, generated from the functions of the server. */
 export interface LaneCode {
   PARAMETERS: readonly string[];
+  STATES: readonly string[];
   LEAST_NORM: number;
   PLANT_STEP: number;
   /** Undefined where a table decides. */
@@ -146,7 +147,7 @@ function isTableMap(value: unknown): boolean {
 }
 
 /** A number, or one of a list, beyond the bounds of its field. */
-function outOfRange(path: string, value: Value | undefined): ProblemField[] {
+export function outOfRange(path: string, value: Value | undefined): ProblemField[] {
   if (Array.isArray(value)) return value.flatMap((each, i) => outOfRange(`${path}.${i}`, each));
   const entry = entryOf(path);
   if (typeof value !== 'number' || !entry?.bounds) return [];

@@ -9,7 +9,7 @@ const mark =
 export const demo: string | null = mark ? new URL(mark.content, document.baseURI).href : null;
 
 export const NEEDS_SERVER =
-  'This demo has no server, which that takes: pip install "motionlab[lab]", then motionlab serve.';
+  'This needs a server, and a demo has none: pip install "motionlab[lab]", then motionlab serve.';
 export const IN_PAGE =
   'This page computes it; a server finds the same to within a few counts of the encoder';
 /** Screens that a demo has. */

@@ -2,12 +2,13 @@
 
 import { type Lanes, packLanes } from '../../kernel/lanes';
 import { network } from '../api/client';
-import { withChanges } from '../api/scenario-paths';
+import { equal, withChanges } from '../api/scenario-paths';
 import type { Channel } from '../../plot/source';
 import type { Changes, Problem, Scenario, SessionInfo, Value } from '../api/types';
 import { app } from '../store.svelte';
 import { recall } from '../session/kept-sessions';
-import { Beyond, changedLanes, type LaneCode, Refused } from './changed-lanes';
+import { type Circle, infeasible, REFERENCE_ROWS, withCircle } from './circle';
+import { Beyond, changedLanes, type LaneCode, outOfRange, Refused } from './changed-lanes';
 import { NEEDS_SERVER } from './demo-mode';
 import { readPacked } from './packed-inputs';
 
@@ -37,6 +38,8 @@ async function unzipped(url: string): Promise<Response> {
 
 export class DemoServer {
   private readonly lanes = new Map<string, Promise<Lanes>>();
+  /** The latest circle that is no shipped one. */
+  private circle: { lanes: Lanes; trajectory: Circle; moved: Lanes } | null = null;
 
   private constructor(
     private readonly folder: string,
@@ -100,15 +103,14 @@ export class DemoServer {
     if (!shipped) return problem(501, `The demo has shipped scenarios alone. ${NEEDS_SERVER}`);
     const lanes = await this.lanesOf(scenario.name);
     try {
-      const changed = changedLanes(
-        this.code,
-        lanes,
-        shipped,
-        withChanges(scenario, set, this.parts),
-      );
+      const whole = withChanges(scenario, set, this.parts);
+      const moved = this.moved(lanes, shipped, whole);
+      const { trajectory } = moved ? whole : shipped;
+      const base = moved ?? lanes;
+      const changed = changedLanes(this.code, base, { ...shipped, trajectory }, whole);
       const answer = {
         ...changed,
-        inputs: inputs === lanes.keys.inputs ? null : lanes.inputs,
+        inputs: inputs === base.keys.inputs ? null : base.inputs,
         tables: tables === lanes.keys.tables ? null : lanes.tables,
       };
       return new Response(packLanes(answer));
@@ -117,6 +119,26 @@ export class DemoServer {
       if (error instanceof Beyond) return problem(501, `${error.message}. ${NEEDS_SERVER}`);
       throw error;
     }
+  }
+
+  /** The lanes of another circle than the shipped one; null where the motion is the shipped one. */
+  private moved(lanes: Lanes, shipped: Scenario, { trajectory, plant }: Scenario): Lanes | null {
+    if (equal(shipped.trajectory, trajectory) || !isCircle(trajectory)) return null;
+    const known = this.circle;
+    if (known && known.lanes === lanes && equal(known.trajectory, trajectory)) {
+      refuseInfeasible(known.moved, plant);
+      return known.moved;
+    }
+    const references = lanes.rows.every(([row]) => REFERENCE_ROWS.some((name) => name === row));
+    if (!references || shipped.schedule.length > 0 || shipped.window) return null;
+    const problems = ['radius', 'frequency', 'laps', 'lead_in'].flatMap((name) =>
+      outOfRange(`trajectory.${name}`, trajectory[name as keyof Circle] as Value),
+    );
+    if (problems.length > 0) throw new Refused(problems);
+    const moved = withCircle(lanes, trajectory, this.code.STATES.indexOf('plant.p'));
+    refuseInfeasible(moved, plant);
+    this.circle = { lanes, trajectory, moved };
+    return moved;
   }
 
   private lanesOf(name: string): Promise<Lanes> {
@@ -128,6 +150,21 @@ export class DemoServer {
     this.lanes.set(name, lanes);
     lanes.catch(() => this.lanes.delete(name));
     return lanes;
+  }
+}
+
+/** A circle that the page samples: one that is not eased back to rest. */
+function isCircle(trajectory: unknown): trajectory is Circle {
+  const { kind, for_ever } = trajectory as Circle;
+  return kind === 'circle' && for_ever;
+}
+
+function refuseInfeasible(moved: Lanes, plant: Scenario['plant']): void {
+  const problems = infeasible(moved, plant);
+  if (problems.length > 0) throw new Refused(problems);
+  const most = 60; // s, summed over variants: a worker's memory
+  if (moved.ticks * moved.period * moved.tabled.length > most) {
+    throw new Beyond(`the motion takes more than ${most} s, summed over variants`);
   }
 }
 

@@ -86,7 +86,7 @@ export class WhatIf {
     private readonly api: Api,
     private readonly refused: (fields: ProblemField[], detail: string) => void,
     private readonly kernel: PageKernel | null = null,
-    /** Whether the page computes everything, as there is no server. */
+    /** Whether the page computes everything. */
     private readonly alone = false,
   ) {}
 
@@ -96,7 +96,9 @@ export class WhatIf {
     if (!answer) return null;
     const { start, end } = answer.result.window;
     const planned = answer.question.scenario.schedule.length > 0;
-    return planned ? { from: 0, to: answer.duration } : { from: start, to: end };
+    // A page alone has no more of a long run than its end.
+    const all = planned && (!this.alone || answer.how === 'whole');
+    return all ? { from: 0, to: answer.duration } : { from: start, to: end };
   }
 
   get extent(): Range | null {
@@ -253,9 +255,8 @@ export class WhatIf {
       }
       if (turn < this.shown) return; // the page has shown a later one
       this.show(answer, turn);
-      if (exact) {
-        this.settle(answer);
-      } else {
+      if (exact) this.settle(answer);
+      else {
         this.took = performance.now() - begin;
         this.computer = 'server';
       }

@@ -1,5 +1,6 @@
 /** Whether the 3-D view is open and what it shows; kept in the address. */
 
+import { demo, NEEDS_SERVER } from '../../../app/demo/demo-mode';
 import { fromAddress, load, save, setAddress } from '../../../app/storage';
 import { CAMERAS, read, type SceneChoice, written } from './scene-choice';
 import { takesKey } from '../../../parts/shell/keyboard.svelte';
@@ -54,6 +55,7 @@ export type SceneStatus = { tag: string } | { refusal: string };
 
 /** Asks for the 3-D view, which starts it. */
 export async function ready(path: string, signal: AbortSignal): Promise<SceneStatus> {
+  if (demo) return { refusal: NEEDS_SERVER };
   try {
     let response = await fetch(path, { method: 'HEAD', signal });
     // Only the answer to GET has a body with the reason.
