@@ -99,8 +99,9 @@ def test_it_is_served_and_taken_by_a_live_session(lab: httpx.Client) -> None:
     assert (level["unit"], level["used_with"]) == ("N", ["relay"])
     answer = lab.post(f"{API}/sessions", json={"scenario": "circle"}).raise_for_status()
     session = answer.headers["location"]
-    changes = {f"{COMPENSATION}.law": "relay", f"{COMPENSATION}.level": 0.7}
-    lab.patch(f"{session}/parameters", json={"set": changes}).raise_for_status()
+    changes = {"law": "relay", "level": 0.7, "zone": 1e-6}
+    whole = {f"{COMPENSATION}.{name}": value for name, value in changes.items()}
+    lab.patch(f"{session}/parameters", json={"set": whole}).raise_for_status()
     refused = lab.patch(f"{session}/parameters", json={"set": {f"{COMPENSATION}.level": 101.0}})
     assert refused.status_code == 422
     assert refused.json()["errors"][0]["unit"] == "N"
