@@ -71,7 +71,7 @@ def look_at_everything(ask: Ask) -> list[str]:
     assert ask("GET", NO_DRIVE)[0] == 404
     for path in UNDESCRIBED:
         page = got(path).decode()
-        for asset in re.findall(r'(?:src|href)="(/assets/[^"]+)"', page):
+        for asset in re.findall(r'(?:src|href)="\.(/assets/[^"]+)"', page):
             got(asset)
     return asked
 

@@ -19,6 +19,8 @@ from typing import Any
 
 import numpy as np
 
+from motionlab.errors import MotionLabError
+
 _BINARY = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.Pow: "**"}
 _COMPARE = {
     ast.Is: "===",
@@ -36,7 +38,7 @@ _ITSELF = {"model_dump", "values"}
 """Methods that give the fields of a config: a config is plain JSON here."""
 
 
-class UntranslatableError(Exception):
+class UntranslatableError(MotionLabError):
     """A function has something that is not translated."""
 
 
