@@ -219,6 +219,27 @@ def _compare(browser: Browser, server: Server) -> None:
     page.close()
 
 
+def _report(browser: Browser, server: Server) -> None:
+    """Type another gain of A in a report from disk: its following error lies over the recorded."""
+    page = browser.new_page(viewport={"width": 1100, "height": 760}, color_scheme="light")
+    body = {"scenario": "circle", "keep": True}
+    run = page.request.post(f"{server.url}{API}/simulate", data=body).json()["run"]
+    with tempfile.NamedTemporaryFile(suffix=".html") as file:
+        file.write(page.request.get(f"{server.url}{API}/runs/{run}/report").body())
+        file.flush()
+        page.goto(Path(file.name).as_uri())
+        gain = page.get_by_role("textbox", name="A k_p x, N/mm")
+        gain.fill("600")
+        gain.press("Enter")
+        expect(page.get_by_role("status")).to_contain_text("Computed", timeout=LONG)
+        plot = page.locator("figure").filter(
+            has=page.locator("title", has_text="Following error x")
+        )
+        plot.evaluate("(plot) => scrollTo(0, plot.getBoundingClientRect().top + scrollY - 330)")
+        page.screenshot(path=DOCS / "report-light.png")
+    page.close()
+
+
 def _drive(browser: Browser, _: Server) -> None:
     """Take control of a virtual drive in real time, arm it, and let a drive fail."""
     with VirtualDrive(priority=70) as drive, tempfile.TemporaryDirectory() as folder:
@@ -248,6 +269,7 @@ _TAKES: dict[str, tuple[Callable[[Browser, Server], None], tuple[str, ...]]] = {
         _motor,
         ("motor-sizing-light.png", "motor-field-dark.png", "motor-sharing-light.png"),
     ),
+    "report": (_report, ("report-light.png",)),
     "drive": (_drive, ("drive-light.png",)),
     "paper": (_paper, ("paper-light.png",)),
     "view3d": (_view3d, ("3d-view.png",)),

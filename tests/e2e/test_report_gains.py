@@ -134,3 +134,16 @@ def test_a_gain_of_a_comparison_is_dragged(
     changed = {"scenario": "circle", "set": {gain: 400e3}}
     exact = page.request.post(f"{server.url}{API}/simulate", data=changed).json()["variants"]["B"]
     assert abs(number(metrics[1]) - exact["axes"]["x"][MAX]) <= COUNT
+
+
+@pytest.mark.usefixtures("unopened")
+def test_a_loop_that_amplifies_rounding_is_named(
+    page: Page, server: Server, disk: Page, tmp_path: Path
+) -> None:
+    asked = {"scenario": "circle-published-k", "keep": True}
+    run = page.request.post(f"{server.url}{API}/simulate", data=asked).json()["run"]
+    file = tmp_path / "report.html"
+    file.write_bytes(page.request.get(f"{server.url}{API}/runs/{run}/report").body())
+    disk.goto(file.as_uri())
+    expect(disk.get_by_role("status")).to_contain_text("amplifies rounding", timeout=LONG)
+    expect(disk.locator(".computed")).to_have_count(0)

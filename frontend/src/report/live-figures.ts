@@ -33,6 +33,21 @@ export class LiveFigures {
     }
   }
 
+  /**
+   * Whether what is shown agrees with the record, as a run with the recorded gains has to: following errors
+   * to two counts of an encoder of 50 nm and a hundredth. A loop at its stability boundary, which amplifies
+   * rounding, does not.
+   */
+  get agrees(): boolean {
+    return this.cells
+      .filter(({ dataset }) => dataset.metric?.endsWith('.max_abs_following_error'))
+      .every((cell) => {
+        const recorded = Number(cell.querySelector('data')?.value);
+        const computed = Number(cell.querySelector<HTMLElement>('.computed')?.dataset.value);
+        return !(Math.abs(computed - recorded) > 100e-9 + 0.01 * Math.abs(recorded));
+      });
+  }
+
   clear(): void {
     for (const cell of [...this.cells, ...this.ratios])
       cell.querySelector<HTMLElement>('.computed')?.remove();
