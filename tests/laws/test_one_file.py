@@ -111,6 +111,13 @@ def test_it_is_served_and_taken_by_a_live_session(lab: httpx.Client) -> None:
     column = names.index("B.x.friction_estimate [N]")
     assert max(abs(float(row[column])) for row in rows[-50:]) >= 0.7
 
+    # Its state, 1 or -1, is no bristle of another law: 1 m would be a force of 1e5 N.
+    observer = {f"{COMPENSATION}.law": "lugre-observer"}
+    lab.patch(f"{session}/parameters", json={"set": observer}).raise_for_status()
+    lab.post(f"{session}/step", json={"ticks": 50}).raise_for_status()
+    text = lab.get(f"{session}/telemetry", params={"format": "csv"}).raise_for_status().text
+    assert all(abs(float(row[column])) < 10.0 for row in list(csv.reader(text.splitlines()))[-50:])
+
 
 def test_it_is_exported(environment: dict[str, str], tmp_path: Path) -> None:
     words = ("export-controller", "circle", "-o", str(tmp_path / "new"), "--variant", "B")

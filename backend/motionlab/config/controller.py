@@ -116,7 +116,7 @@ class ModelConfig(Config):
 def _field(parameter: Parameter) -> Any:
     """Return the type and the declaration of a law's parameter as a field of a config."""
     each = parameter
-    users = [law.name for law in LAWS.values() if each in law.parameters]
+    users: Any = [law.name for law in LAWS.values() if each in law.parameters]
     if each.choices:
         choice = Field(
             default=each.default,

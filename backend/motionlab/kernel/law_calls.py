@@ -6,6 +6,7 @@ writes lies in rows of eight lanes; a call writes the lanes that have this law, 
 
 from __future__ import annotations
 
+import itertools
 import threading
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -21,6 +22,7 @@ from motionlab.control.position import PositionController
 from motionlab.kernel.layout import (
     CONTROLLER,
     LAW_NUMBER,
+    LAW_OF_STATE,
     LAW_PARAMETERS,
     LAW_STATE,
     MODEL_FRICTION,
@@ -106,8 +108,23 @@ class Laws(NamedTuple):
 
 
 @compiled
+def adopt_states(parameters: Array, state: Array) -> None:
+    """Give lanes whose law has changed a state of their new one.
+
+    Fields of the same name are carried over, others begin at 0: a number of one law means nothing
+    to another.
+    """
+    for place in range(state.shape[1]):
+        before, after = int(state[LAW_OF_STATE, place]), int(parameters[LAW_NUMBER, place])
+        if before != after:
+            _carry_over(before, after, state, place)
+            state[LAW_OF_STATE, place] = after
+
+
+@compiled
 def enter_laws(parameters: Array, state: Array, laws: Laws) -> None:
     """Write parameters and state of lanes into the rows of their laws' calls."""
+    adopt_states(parameters, state)
     used, rows = laws.used, laws.rows
     used[:] = 0
     for vector in range(rows.shape[0]):
@@ -211,6 +228,32 @@ def _numbered() -> tuple[dict[str, int], list[Law]]:
 
 
 _NUMBERS, LAWS_BY_NUMBER = _numbered()
+
+
+def _of_any(name: str, record: Any) -> str:
+    numbers = (number for number, law in enumerate(LAWS_BY_NUMBER) if law.State is record)
+    return "(" + " or ".join(f"{name} == {number}" for number in numbers) + ")"
+
+
+def _carrying() -> Callable[[int, int, Array, int], None]:
+    """Return the function that carries the state of one law over to another, row by row."""
+    records = dict.fromkeys(law.State for law in LAWS_BY_NUMBER)
+    lines = ["def carry_over(before, after, state, place):"]
+    for one, other in itertools.permutations(records, 2):
+        sources = [
+            f"state[{LAW_STATE + one._fields.index(name)}, place]" if name in one._fields else "0.0"
+            for name in other._fields
+        ] + ["0.0"] * (_STATES - len(other._fields))
+        lines.append(f"    if {_of_any('before', one)} and {_of_any('after', other)}:")
+        values = ", ".join(f"v_{row}" for row in range(_STATES))
+        lines.append(f"        {values} = {', '.join(sources)}")
+        lines += [f"        state[{LAW_STATE + row}, place] = v_{row}" for row in range(_STATES)]
+    scope: dict[str, Any] = {}
+    exec("\n".join([*lines, "    return"]), scope)
+    return scope["carry_over"]
+
+
+_carry_over = compiled(_carrying())
 _ADDRESSES = np.zeros(len(LAWS_BY_NUMBER), dtype=np.int64)
 _CODE: dict[int, Any] = {}
 _LOCK = threading.Lock()

@@ -156,7 +156,7 @@ def _first_rows(paths: tuple[str, ...]) -> list[int]:
 PARAMETERS = tuple(_paths(Parameters))
 """The dotted path of each row of an array of lane parameters."""
 PARAMETER_ROWS = len(PARAMETERS)
-STATES = (*_paths(State), *(f"law.{name}" for name in LawState._fields))
+STATES = (*_paths(State), *(f"law.{name}" for name in LawState._fields), "law_number")
 """The dotted path of each row of an array of states."""
 STATE_ROWS = len(STATES)
 INPUT_ROWS = len(Inputs._fields)
@@ -182,7 +182,7 @@ def column(par: Any) -> list[float]:
     ]
 
 
-_, _MEMORY, _ACTING, _PENDING, _CLOCK, LAW_STATE = _first_rows(STATES)
+_, _MEMORY, _ACTING, _PENDING, _CLOCK, LAW_STATE, LAW_OF_STATE = _first_rows(STATES)
 
 
 @compiled

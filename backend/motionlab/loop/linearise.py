@@ -377,6 +377,7 @@ def controller_about(par: Parameters, v: float) -> StateSpace:
     about[state_row("memory.p_last")] = -v * T_S
     about[state_row("memory.v_last")] = v
     force = 0.0 if rest else math.copysign(_force(model, v), v)
+    about[state_row("law_number")] = par.compensation.law
     for k, value in enumerate(sliding):
         about[state_row(f"law.s_{k}")] = value
     for when in ("acting", "pending"):

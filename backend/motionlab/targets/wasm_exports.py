@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 from motionlab.analysis.contouring import write_nearest
 from motionlab.config.planar import AXES
 from motionlab.kernel.accumulator import TALLY_ROWS, Tally, Target, one_more
-from motionlab.kernel.law_calls import seen
+from motionlab.kernel.law_calls import adopt_states, seen
 from motionlab.kernel.layout import (
     INPUT_ROWS,
     LAW_NUMBER,
+    LAW_OF_STATE,
     LAW_STATE,
     PARAMETER_ROWS,
     SAMPLE_ROWS,
@@ -97,6 +98,7 @@ def _current(i: Lanes) -> Lanes:
 def _advance(
     parameters: Array, state: Array, inputs: Array, samples: Samples, tables: Array | None
 ) -> None:
+    adopt_states(parameters, state)
     width = unpack(PlantState, state, 0, LANES).p
     par = groups(parameters, width)
     s = read_state(state, width)
@@ -111,7 +113,7 @@ def _advance(
         record(sample, samples, k)
         s = _without_traces(s)
     write_state(s, state)
-    pack(law_state, state[LAW_STATE:])
+    pack(law_state, state[LAW_STATE:LAW_OF_STATE])
 
 
 def run(parameters: Array, state: Array, inputs: Array, samples: Samples) -> None:
