@@ -96,6 +96,26 @@ describe('a what-if in the page', () => {
     const source = await kernel.curves(second, ['B.y.thrust'], range, 100);
     expect([source?.start, source?.step, source?.last]).toEqual([0, 0.5, 4]);
   });
+
+  it('runs one of several at a time, so that each reads its own samples', async () => {
+    const { kernel, requests, whatifLanes } = made;
+    const [first, second] = [question({ mass: 1 }), question({ mass: 2 })];
+    const signal = AbortSignal.timeout(1000);
+    const begun = kernel.run({ whatifLanes }, first, null, 4, signal);
+    const reading = kernel.curves(first, ['B.y.thrust'], { from: 0, to: 2 }, 100);
+    await Promise.all([begun, kernel.run({ whatifLanes }, second, null, 4, signal)]);
+    expect(await reading).not.toBeNull();
+    expect(requests.slice(4, 6)).toEqual(['0 curves', '1 curves']);
+    expect(whatifLanes.mock.calls.map(([{ inputs }]) => inputs)).toEqual(['', 'i']);
+  });
+
+  it('takes no tables of another force map', async () => {
+    const { run, whatifLanes } = made;
+    await run({ mass: 1 });
+    const keys = { inputs: 'i', tables: 'other' };
+    whatifLanes.mockResolvedValueOnce(packLanes({ ...exampleLanes(), keys, tables: null }));
+    await expect(run({ mass: 2 })).rejects.toThrow('missing');
+  });
 });
 
 describe('the server has to run', () => {
@@ -104,6 +124,32 @@ describe('the server has to run', () => {
     expect(made.whatifLanes).not.toHaveBeenCalled();
     const other = await kernelOf({ result: { model: 'other' } });
     await expect(other.run({})).rejects.toThrow('another version');
+  });
+
+  it('in a page of another version, which asks for no more numbers', async () => {
+    const { run, whatifLanes } = await kernelOf({ result: { model: 'other' } });
+    for (const set of [{ mass: 1 }, { mass: 2 }]) {
+      await expect(run(set)).rejects.toEqual(
+        new Obstacle('this page has the kernel of another version'),
+      );
+    }
+    expect(whatifLanes).toHaveBeenCalledTimes(1);
+  });
+
+  it('what it said only it can, for some seconds without being asked', async () => {
+    const { run, whatifLanes } = made;
+    const now = vi.spyOn(performance, 'now').mockReturnValue(0);
+    const head = new TextEncoder().encode(JSON.stringify({ obstacle: 'too long' }).padEnd(24));
+    const buffer = new Uint8Array([head.length, ...Array<number>(7).fill(0), ...head]).buffer;
+    whatifLanes.mockResolvedValue(buffer);
+    for (const laps of [100, 101]) await expect(run({ laps })).rejects.toThrow('too long');
+    expect(whatifLanes).toHaveBeenCalledTimes(1);
+    await expect(run({ laps: 100, mass: 1 })).rejects.toThrow('too long');
+    expect(whatifLanes).toHaveBeenCalledTimes(2);
+    now.mockReturnValue(6000);
+    await expect(run({ laps: 100, mass: 1 })).rejects.toThrow('too long');
+    expect(whatifLanes).toHaveBeenCalledTimes(3);
+    now.mockRestore();
   });
 
   it('what a worker fails on; the next one begins anew', async () => {

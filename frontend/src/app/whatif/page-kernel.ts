@@ -7,13 +7,25 @@ import type { Curve, Inputs, Request, Run, RunResult } from '../../kernel/tasks'
 import { isMath, type Range, type StillSource } from '../../plot/source';
 import type { Api } from '../api/client';
 import type { Preview } from '../api/curves-answer';
+import { equal } from '../api/scenario-paths';
 import type { Metrics } from '../api/types';
 import { type Checked, copiedLanes } from './copied-lanes';
 import { binsOf, ofVariant, placesOf, runOf, sameRun, sourceOf } from './run-request';
 import type { Question } from './whatif.svelte';
 
+/** So long the server is not asked again for what it said that the page cannot run, ms. */
+const AGAIN = 5000;
+
 /** What the page cannot run, and why: the server does. */
 export class Obstacle extends Error {}
+
+/** A question that the server answered with an obstacle, and when. */
+interface Beyond {
+  question: Question;
+  range: Range | null;
+  obstacle: string;
+  time: number;
+}
 
 /** The latest run, whose samples the workers have. */
 interface Latest {
@@ -32,6 +44,9 @@ export class PageKernel {
   private inputs: Known | null = null;
   private checked: Checked | null = null;
   private latest: Latest | null = null;
+  private beyond: Beyond | null = null;
+  /** Ends with the last run or reading: one at a time, as the workers have one run's samples. */
+  private last: Promise<unknown> = Promise.resolve();
 
   constructor(private readonly open = Crew.open) {}
 
@@ -40,7 +55,17 @@ export class PageKernel {
    *
    * @throws Obstacle where the server has to run it, ApiError where the server refuses it
    */
-  async run(
+  run(
+    api: Pick<Api, 'whatifLanes'>,
+    question: Question,
+    range: Range | null,
+    points: number,
+    signal: AbortSignal,
+  ): Promise<Preview> {
+    return this.inTurn(() => this.preview(api, question, range, points, signal));
+  }
+
+  private async preview(
     api: Pick<Api, 'whatifLanes'>,
     question: Question,
     range: Range | null,
@@ -82,13 +107,24 @@ export class PageKernel {
     signal: AbortSignal,
   ): Promise<Checked> {
     const { scenario, set } = question;
+    if (this.beyond && resembles(this.beyond, question, range)) {
+      throw new Obstacle(this.beyond.obstacle);
+    }
     const stretch = range ? { start: range.from, end: range.to } : {};
     const known = this.inputs?.keys ?? { inputs: '', tables: '' };
     const buffer = await api.whatifLanes({ scenario, set, ...stretch, ...known }, signal);
     const lanes = readLanes(buffer);
-    if ('obstacle' in lanes) throw new Obstacle(lanes.obstacle);
+    if ('obstacle' in lanes) {
+      this.beyond = { question, range, obstacle: lanes.obstacle, time: performance.now() };
+      throw new Obstacle(lanes.obstacle);
+    }
     if (lanes.result.model !== crew.about.model) {
-      throw new Obstacle('this page has the kernel of another version');
+      // It stays so until the page is loaded anew.
+      const obstacle = new Obstacle('this page has the kernel of another version');
+      this.latest = null;
+      crew.end();
+      this.crew = Promise.reject(obstacle);
+      await this.crew;
     }
     const inputs = (this.inputs = this.inputsOf(lanes));
     this.checked = { question, lanes: { ...lanes, inputs: null, tables: null }, inputs };
@@ -96,7 +132,16 @@ export class PageKernel {
   }
 
   /** Reads every sample of a stretch, in bins, of a question that was the last to run; else null. */
-  async curves(
+  curves(
+    question: Question,
+    columns: readonly string[],
+    range: Range,
+    points: number,
+  ): Promise<StillSource | null> {
+    return this.inTurn(() => this.reading(question, columns, range, points));
+  }
+
+  private async reading(
     question: Question,
     columns: readonly string[],
     range: Range,
@@ -112,7 +157,7 @@ export class PageKernel {
       return { kind: 'curves', variant, columns: ofVariant(places, i), bins };
     });
     const curves = (await this.all<Curve[]>(await crew, inputs, requests)) as Curve[][];
-    return this.latest === latest ? sourceOf(places, curves, bins, inputs.period) : null;
+    return sourceOf(places, curves, bins, inputs.period);
   }
 
   /** Runs variants; one that a change leaves alone keeps its run. */
@@ -142,6 +187,12 @@ export class PageKernel {
     }
   }
 
+  private inTurn<T>(job: () => Promise<T>): Promise<T> {
+    const result = this.last.then(job);
+    this.last = result.catch(() => undefined);
+    return result;
+  }
+
   private async crewOf(): Promise<Crew> {
     try {
       return await (this.crew ??= this.open());
@@ -155,10 +206,21 @@ export class PageKernel {
     const before = this.inputs;
     const same = before?.keys.inputs === keys.inputs ? before : null;
     const inputs = numbers.inputs ?? same?.numbers;
-    const tables = numbers.tables ?? before?.tables;
+    const tables = numbers.tables ?? (before?.keys.tables === keys.tables ? before.tables : null);
     if (!inputs || !tables) throw new Obstacle('the inputs are missing');
     if (same && before?.keys.tables === keys.tables) return same;
     const shared = same ?? { rows, references, first, stop, period };
     return { ...shared, keys, key: `${keys.inputs} ${keys.tables}`, numbers: inputs, tables };
   }
+}
+
+/** Whether a question has the same changed fields as one beyond the page a moment ago. */
+function resembles({ question, range, time }: Beyond, other: Question, stretch: Range | null) {
+  if (performance.now() - time > AGAIN) return false;
+  const paths = ({ set }: Question) => Object.keys(set).sort();
+  return (
+    question.scenario === other.scenario &&
+    equal(paths(question), paths(other)) &&
+    equal(range, stretch)
+  );
 }
