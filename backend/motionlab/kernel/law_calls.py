@@ -222,9 +222,13 @@ def on_rows(number: int, law: Law) -> Callable[[Array], None]:
 
 def _numbered() -> tuple[dict[str, int], list[Law]]:
     """Return the number of each law, and a law of each number; laws of one step share it."""
-    steps: dict[Any, int] = {}
-    numbers = {law.name: steps.setdefault(law.step, len(steps)) for law in LAWS.values()}
-    return numbers, [next(law for law in LAWS.values() if law.step is step) for step in steps]
+    numbers: dict[str, int] = {}
+    by_number: dict[Any, Law] = {}
+    for law in LAWS.values():
+        alike = (law.step, law.Parameters, law.State, law.limits, law.sliding)
+        by_number.setdefault(alike, law)
+        numbers[law.name] = list(by_number).index(alike)
+    return numbers, list(by_number.values())
 
 
 _NUMBERS, LAWS_BY_NUMBER = _numbered()

@@ -74,10 +74,10 @@ def main() -> int:
     with contextlib.suppress(OSError):
         os.nice(10)
     first_use()
+    all_laws()
     _compile_batches()
     for geometry in _GEOMETRIES:
         prepare(load_scenario("circle", {"trajectory": _TIME_OPTIMAL | {"geometry": geometry}}))
-    all_laws()
     rare_use()
     return 0
 

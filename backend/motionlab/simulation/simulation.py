@@ -17,6 +17,7 @@ from motionlab.kernel.build import (
     lane_parameters,
 )
 from motionlab.kernel.force_maps import check_maps
+from motionlab.kernel.law_calls import laws_of
 from motionlab.kernel.layout import FORCE_LIMIT_ROW, SAMPLE_ROWS, reads_tables, state_row
 from motionlab.kernel.tick import run_ticks
 from motionlab.lanes import WIDTH
@@ -223,8 +224,8 @@ class Simulation:
 def ready(changes: Epochs) -> list[ReadyEpoch]:
     """Return parameter sets with the numbers of their lanes, for `Simulation.adopt`.
 
-    This is the slow part of a change: force maps are read, and tables are computed where they are
-    used for the first time. It touches no simulation, so it can run beside one.
+    This is the slow part of a change: force maps are read, and tables are computed and laws compiled
+    where they are used for the first time. It touches no simulation, so it can run beside one.
 
     Parameters
     ----------
@@ -238,7 +239,10 @@ def ready(changes: Epochs) -> list[ReadyEpoch]:
     """
     for _, scenario in changes:
         check_maps(scenario)
-    return [(tick, scenario, lane_parameters(scenario)) for tick, scenario in changes]
+    sets = [(tick, scenario, lane_parameters(scenario)) for tick, scenario in changes]
+    for _, _, parameters in sets:
+        laws_of(parameters)  # not first in a session's slice of time
+    return sets
 
 
 def sample_page(variants: int) -> NDArray[np.float32]:
