@@ -224,7 +224,7 @@ class Simulation:
 def ready(changes: Epochs) -> list[ReadyEpoch]:
     """Return parameter sets with the numbers of their lanes, for `Simulation.adopt`.
 
-    This is the slow part of a change: force maps are read, and tables are computed and laws compiled
+    This is the slow part of a change: force maps are read, tables are computed and laws compiled
     where they are used for the first time. It touches no simulation, so it can run beside one.
 
     Parameters
