@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import struct
+import threading
 from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
 from typing import Any
@@ -12,6 +13,7 @@ from typing import Any
 import httpx
 import numpy as np
 import pytest
+from fastapi import HTTPException, Response
 from numpy.typing import NDArray
 
 from motionlab.analysis.metrics import holds_within
@@ -185,7 +187,9 @@ def test_refusals_are_those_of_the_what_if(client: httpx.Client, changes: dict[s
     assert answers[0].json()["errors"] == answers[1].json()["errors"]
 
 
-def test_nobody_waits_for_the_kernel_to_be_compiled() -> None:
+def while_compiling(body: WhatIfLanesRequest) -> Response:
+    """Return the answer of a server that has no kernel yet."""
+
     class NotReady:
         ready = False
 
@@ -194,8 +198,50 @@ def test_nobody_waits_for_the_kernel_to_be_compiled() -> None:
             state=SimpleNamespace(settings=SimpleNamespace(bounds=Settings()), workers=NotReady())
         )
     )
-    body = WhatIfLanesRequest(scenario="circle", set=K_P)
     with ThreadPoolExecutor() as thread:  # this one may have a loop of the browser's driver
         answer = what_if_lanes(request, body)  # pyright: ignore[reportArgumentType]
-        response = thread.submit(asyncio.run, answer).result()
-    assert bytes(response.body) == _at_once(body, Settings())
+        return thread.submit(asyncio.run, answer).result()
+
+
+def test_nobody_waits_for_the_kernel_to_be_compiled() -> None:
+    body = WhatIfLanesRequest(scenario="circle", set=K_P)
+    assert bytes(while_compiling(body).body) == _at_once(body, Settings())
+
+
+def test_a_server_without_a_kernel_runs_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    def run(*_: Any) -> None:
+        raise AssertionError("it runs")
+
+    monkeypatch.setattr("motionlab.simulation.whatif._state", run)
+    answer = while_compiling(WhatIfLanesRequest(scenario="fig5", set=K_P))
+    assert b"is being compiled" in bytes(answer.body)
+
+
+def test_a_server_without_a_kernel_computes_two_answers_at_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    body = WhatIfLanesRequest(scenario="circle", set=K_P)
+    ends = threading.Event()
+    begun = threading.Semaphore(0)
+
+    def slow(*_: Any, **__: Any) -> bytes:
+        begun.release()
+        ends.wait()
+        return b""
+
+    monkeypatch.setattr("motionlab.server.routes.whatif_lanes._numbers", slow)
+    with ThreadPoolExecutor() as threads:
+        two = [threads.submit(while_compiling, body) for _ in range(2)]
+        try:
+            for _ in two:
+                begun.acquire()
+            third = threads.submit(while_compiling, body)
+            begun_too = begun.acquire(timeout=0.5)
+        finally:
+            ends.set()
+        with pytest.raises(HTTPException) as refusal:
+            third.result()
+    assert not begun_too
+    assert refusal.value.status_code == 503
+    assert refusal.value.headers == {"Retry-After": "1"}
+    assert while_compiling(body).status_code == 200

@@ -93,9 +93,8 @@ def beginning(
         If it would have to run from the start and is too long for that.
     """
     work_max = extent.work_max
-    tick, stop = _stretch(changed, extent)
-    exact = extent.exact and changed.work <= work_max
-    if not exact and stop > SOON and tick > 0 and _fits_a_running_session(changes):
+    if may_begin_late(changed, changes, extent):
+        tick, stop = _stretch(changed, extent)
         tables = json.dumps(resolve(read_source(source)))
         unchanged = _unchanged(tables)
         stored = None
@@ -115,6 +114,13 @@ def beginning(
             )
         )
     return None, changed.reference.ticks
+
+
+def may_begin_late(changed: Prepared, changes: Mapping[str, Any], extent: Extent) -> bool:
+    """Return whether `beginning` runs the unchanged scenario, unless it has the state already."""
+    tick, stop = _stretch(changed, extent)
+    exact = extent.exact and changed.work <= extent.work_max
+    return not exact and stop > SOON and tick > 0 and _fits_a_running_session(changes)
 
 
 def near_window(prepared: Prepared) -> tuple[Snapshot | None, int]:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import threading
 from typing import Annotated
 
-from fastapi import APIRouter, Body, Request, Response
+from fastapi import APIRouter, Body, HTTPException, Request, Response
 from pydantic import Field
 
 from motionlab.server.http.openapi_input import examples
@@ -18,7 +19,7 @@ from motionlab.server.worker_answers import NUMBERS, ComputedResponse, called
 from motionlab.server.workers.pool import Workers
 from motionlab.server.workers.worker import Call
 from motionlab.simulation.lane_run import Known, LaneRun, Obstacle, lane_run
-from motionlab.simulation.whatif import Extent, beginning
+from motionlab.simulation.whatif import Extent, beginning, may_begin_late
 from motionlab.telemetry.packed import packed
 
 router = APIRouter(tags=["simulate"], route_class=JsonRoute)
@@ -27,6 +28,9 @@ _COPIES = 3
 """Times that an answer is in memory: as arrays, as bytes, as the file that is sent."""
 _SMALL = 100_000
 """Answers of so many bytes are not accounted for, which takes as long as they do."""
+_AT_ONCE = threading.Semaphore(2)
+"""Answers that threads of the server compute; each delays what stops a motor."""
+_RETRY = {"Retry-After": "1"}
 _KEY = r"^[0-9a-f]{0,32}$"
 
 
@@ -65,8 +69,14 @@ async def what_if_lanes(request: Request, body: Annotated[WhatIfLanesRequest, Bo
 
 
 def _at_once(body: WhatIfLanesRequest, bounds: Settings) -> bytes:
-    numbers = _numbers(body, bounds)
-    return numbers.packed() if isinstance(numbers, LaneRun) else numbers
+    """Return an answer while the kernel is being compiled, with all that needs no kernel."""
+    if not _AT_ONCE.acquire(blocking=False):
+        raise HTTPException(503, "the kernel is being compiled, and others ask already", _RETRY)
+    try:
+        numbers = _numbers(body, bounds, compiled=False)
+        return numbers.packed() if isinstance(numbers, LaneRun) else numbers
+    finally:
+        _AT_ONCE.release()
 
 
 def _answer(call: Call, body: WhatIfLanesRequest, bounds: Settings) -> bytes:
@@ -79,12 +89,16 @@ def _answer(call: Call, body: WhatIfLanesRequest, bounds: Settings) -> bytes:
     return numbers.packed()
 
 
-def _numbers(body: WhatIfLanesRequest, bounds: Settings) -> LaneRun | bytes:
+def _numbers(
+    body: WhatIfLanesRequest, bounds: Settings, *, compiled: bool = True
+) -> LaneRun | bytes:
     """Return the numbers of a run; in their place, packed, why there are none."""
     prepared = prepare_request(body, bounds)
     extent = Extent(False, bounds.direct_work_max, stretch_of(body, prepared))
-    start, stop = beginning(prepared, body.scenario, body.set, extent)
     try:
+        if not compiled and may_begin_late(prepared, body.set, extent):
+            raise Obstacle("the kernel of the server is being compiled")
+        start, stop = beginning(prepared, body.scenario, body.set, extent)
         return lane_run(prepared, start, stop, Known(body.inputs, body.tables))
     except Obstacle as obstacle:
         return packed({"obstacle": str(obstacle)}, [])
