@@ -8,6 +8,11 @@ import type { Answer, Envelope, Inputs, Reply, Request } from './tasks';
 const COUNT = 2;
 /** Most memory of all workers together, bytes. */
 const MOST = 64e6;
+/** A worker that has not answered for so long has ended, ms: one without memory may not say so. */
+const LONGEST = 30_000;
+
+/** A worker has ended, and answers nothing any more. */
+export class WorkerEnded extends Error {}
 
 /** What a worker is to the page; tests put another in its place. */
 export interface Port {
@@ -22,33 +27,48 @@ export class WorkerPort implements Port {
     number,
     { resolve: (answer: Answer) => void; reject: (error: Error) => void }
   >();
+  private ended: WorkerEnded | null = null;
+  /** Starts with each answer anew. */
+  private timer: ReturnType<typeof setTimeout> | undefined;
 
   constructor(private readonly worker: Worker) {
     worker.onmessage = ({ data }: MessageEvent<Reply>) => {
       const caller = this.waiting.get(data.id);
       this.waiting.delete(data.id);
+      this.watch();
       if ('error' in data) caller?.reject(new Error(data.error));
       else caller?.resolve(data.answer);
     };
-    worker.onerror = () => this.fail(new Error('a worker of the page has ended'));
+    worker.onerror = () => this.fail('a worker of the page has ended');
+    worker.onmessageerror = () => this.fail('an answer of a worker cannot be read');
   }
 
   post(request: Request): Promise<Answer> {
+    if (this.ended) return Promise.reject(this.ended);
     const id = this.next++;
     return new Promise((resolve, reject) => {
       this.waiting.set(id, { resolve, reject });
+      if (this.waiting.size === 1) this.watch();
       this.worker.postMessage({ id, request } satisfies Envelope);
     });
   }
 
   end(): void {
-    this.worker.terminate();
-    this.fail(new Error('the worker was ended'));
+    this.fail('the worker was ended');
   }
 
-  private fail(error: Error): void {
-    for (const { reject } of this.waiting.values()) reject(error);
+  private watch(): void {
+    clearTimeout(this.timer);
+    if (this.waiting.size === 0) return;
+    this.timer = setTimeout(() => this.fail('a worker of the page does not answer'), LONGEST);
+  }
+
+  private fail(reason: string): void {
+    this.worker.terminate();
+    this.ended ??= new WorkerEnded(reason);
+    for (const { reject } of this.waiting.values()) reject(this.ended);
     this.waiting.clear();
+    this.watch();
   }
 }
 

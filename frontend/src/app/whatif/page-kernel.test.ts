@@ -1,5 +1,5 @@
 import { beforeEach, describe, expect, it, vi } from 'vitest';
-import { Crew, type Port } from '../../kernel/crew';
+import { Crew, type Port, WorkerEnded } from '../../kernel/crew';
 import { exampleLanes } from '../../kernel/example-lanes';
 import { type Lanes, packLanes } from '../../kernel/lanes';
 import type { About } from '../../kernel/module';
@@ -160,6 +160,26 @@ describe('the server has to run', () => {
     requests.length = 0;
     await run({});
     expect(requests).toEqual(['0 inputs', '0 run A', '1 inputs', '1 run B']);
+  });
+
+  it('what workers end on; others take their place once', async () => {
+    let opened = 0;
+    const end = vi.fn();
+    const ends = () => Promise.reject(new WorkerEnded('ended'));
+    const port: Port = {
+      post: ({ kind }) => (kind === 'open' ? Promise.resolve(null) : ends()),
+      end,
+    };
+    const kernel = new PageKernel(() => {
+      opened += 1;
+      return Crew.of({} as WebAssembly.Module, [port]);
+    });
+    for (let asks = 0; asks < 3; asks++) {
+      const run = kernel.run(made, question({}), null, 4, AbortSignal.timeout(1000));
+      await expect(run).rejects.toEqual(new Obstacle('ended'));
+    }
+    expect(opened).toBe(2);
+    expect(end).toHaveBeenCalled();
   });
 
   it('everything in a browser without WebAssembly', async () => {

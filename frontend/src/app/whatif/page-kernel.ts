@@ -1,6 +1,6 @@
 /** The kernel in the page: a what-if that it computes, where it can. */
 
-import { Crew } from '../../kernel/crew';
+import { Crew, WorkerEnded } from '../../kernel/crew';
 import { type Lanes, readLanes } from '../../kernel/lanes';
 import { resultOf } from '../../kernel/result';
 import type { Curve, Inputs, Request, Run, RunResult } from '../../kernel/tasks';
@@ -41,6 +41,8 @@ interface Known extends Inputs {
 
 export class PageKernel {
   private crew: Promise<Crew> | null = null;
+  /** Whether the crew is in place of one that ended, and has not answered yet. */
+  private second = false;
   private inputs: Known | null = null;
   private checked: Checked | null = null;
   private latest: Latest | null = null;
@@ -180,9 +182,16 @@ export class PageKernel {
     requests: readonly (Request | null)[],
   ): Promise<(T | null)[]> {
     try {
-      return await crew.each<T>(inputs, requests);
+      const answers = await crew.each<T>(inputs, requests);
+      this.second = false;
+      return answers;
     } catch (error) {
       this.latest = null;
+      if (error instanceof WorkerEnded) {
+        crew.end();
+        if (!this.second) this.crew = null;
+        this.second = true;
+      }
       throw new Obstacle(error instanceof Error ? error.message : String(error));
     }
   }
