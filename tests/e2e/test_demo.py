@@ -17,8 +17,6 @@ from playwright.sync_api import Browser, Page, expect
 
 from motionlab.config.changes import apply_changes
 from motionlab.config.load import load_scenario, validate
-from motionlab.errors import MotionLabError
-from motionlab.server.demo import write_demo
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document
 from motionlab.simulation.run import run
@@ -66,8 +64,8 @@ class Files(http.server.SimpleHTTPRequestHandler):
 class Host:
     """A static host on a port of its own."""
 
-    def __init__(self, folder: Path) -> None:
-        handler = functools.partial(Files, directory=str(folder))
+    def __init__(self, folder: Path, files: type[Files] = Files) -> None:
+        handler = functools.partial(files, directory=str(folder))
         self._server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler)
         self.url = f"http://127.0.0.1:{self._server.server_port}"
         self._thread = threading.Thread(target=self._server.serve_forever)
@@ -198,10 +196,3 @@ def test_it_opens_again_without_a_network(demo: Page, host: Host) -> None:
     demo.get_by_role("combobox", name="Scenario", exact=True).select_option("stair-x-500nm")
     demo.wait_for_timeout(500)
     computed(demo)
-
-
-def test_a_folder_of_something_else_stays(tmp_path: Path) -> None:
-    (tmp_path / "thesis.tex").touch()
-    with pytest.raises(MotionLabError, match="not empty, and no demo"):
-        write_demo(tmp_path)
-    assert (tmp_path / "thesis.tex").exists()

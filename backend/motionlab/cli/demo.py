@@ -25,8 +25,7 @@ def add(commands: Any) -> None:
 def _demo(options: argparse.Namespace) -> int:
     from motionlab.server.demo import write_demo
 
-    write_demo(options.folder)
-    files = [path for path in options.folder.rglob("*") if path.is_file()]
+    files = write_demo(options.folder)
     size = sum(path.stat().st_size for path in files)
     print(f"{options.folder}: {len(files)} files, {size / 1e6:.1f} MB")
     return DONE

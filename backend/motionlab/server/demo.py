@@ -7,7 +7,6 @@ import gzip
 import hashlib
 import json
 import math
-import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -30,7 +29,10 @@ from motionlab.telemetry.channels import stream_columns
 
 _LEFT_OUT = ("docs.html", "docs-", "swagger")
 """Files of the page whose names begin so: the API's own page."""
-_DATA = "data"
+_MANIFEST = "motionlab-demo.json"
+"""Names of the files of a demo: a later one removes these, and nothing else."""
+_OF_HOST = "CNAME"
+"""What a static host keeps beside the files, but for names that begin with a dot."""
 _BITS = 40
 """Inputs are rounded to 2^-40 of the largest of their row: of 15 mm, to 1e-14 m."""
 _ORDER_MAX = 5
@@ -39,29 +41,37 @@ _PLANES = 6
 
 _WORKER = """\
 // Keeps the files of this demo, so that it opens without a network.
-const NAME = 'motionlab-{name}';
-const FILES = {files};
+// The host has a cache for all demos on it: the name has the address of this one.
+const OWN = `motionlab ${{registration.scope}} `;
+const NAME = `${{OWN}}{name}`;
+// Not from the browser's own cache, which may have files of an older demo.
+const FILES = {files}.map((file) => new Request(file, {{ cache: 'reload' }}));
+const PAGE = new URL('./', registration.scope).href;
 addEventListener('install', (event) => {{
   event.waitUntil(caches.open(NAME).then((cache) => cache.addAll(FILES)));
 }});
 addEventListener('activate', (event) => {{
-  const old = (name) => name.startsWith('motionlab-') && name !== NAME;
+  const old = (name) => name.startsWith(OWN) && name !== NAME;
   const remove = (names) => Promise.all(names.filter(old).map((name) => caches.delete(name)));
   event.waitUntil(caches.keys().then(remove));
 }});
 addEventListener('fetch', (event) => {{
+  const [address] = event.request.url.split(/[?#]/);
+  const file = address === `${{PAGE}}index.html` ? PAGE : event.request;
   event.respondWith(
     caches
       .open(NAME)
-      .then((cache) => cache.match(event.request, {{ ignoreSearch: true }}))
+      .then((cache) => cache.match(file, {{ ignoreSearch: true }}))
       .then((kept) => kept ?? fetch(event.request)),
   );
 }});
 """
 
 
-def write_demo(folder: Path) -> None:
+def write_demo(folder: Path) -> list[Path]:
     """Write the lab as files that any static host serves, from any path.
+
+    Files of an older demo are removed, others stay: `_files_of_demo` refuses them.
 
     Raises
     ------
@@ -71,16 +81,61 @@ def write_demo(folder: Path) -> None:
     root = page_root()
     if root is None:
         raise MotionLabError("the page is not built: `make run` in a checkout builds it")
-    if folder.exists() and any(folder.iterdir()) and not (folder / _DATA / "lanes.js").is_file():
-        raise MotionLabError(f"{folder} is not empty, and no demo: name another folder")
-    shutil.rmtree(folder, ignore_errors=True)
-    files = {**_page_files(root), **_data_files()}
-    files["index.html"] = _marked(files["index.html"])
+    folder = folder.resolve()
+    _files_of_demo(folder)  # refused before all is computed
+    data = _data_files()
+    # A page and data of two versions never meet: the page names the folder by its content.
+    place = f"data-{_digest(data)}/"
+    files = {**_page_files(root), **{place + name: content for name, content in data.items()}}
+    files["index.html"] = _marked(files["index.html"], place)
     files["sw.js"] = _service_worker(files)
-    for name, content in files.items():
+    _replace(folder, files)
+    return [folder / name for name in files]
+
+
+def _replace(folder: Path, files: dict[str, bytes]) -> None:
+    """Write a demo in place of an older one, of which no file stays."""
+    for name in _files_of_demo(folder):
+        path = folder / name
+        path.unlink()
+        for parent in path.relative_to(folder).parents[:-1]:
+            if not any((folder / parent).iterdir()):
+                (folder / parent).rmdir()
+    # The manifest comes first: what an interruption leaves is a demo, too.
+    manifest = json.dumps(sorted([*files, _MANIFEST]), indent=1).encode()
+    for name, content in {_MANIFEST: manifest, **files}.items():
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(content)
+
+
+def _files_of_demo(folder: Path) -> list[str]:
+    """Return the files that an older demo wrote, its manifest last.
+
+    Raises
+    ------
+    MotionLabError
+        If there is a file of something else, but for those of version control and host.
+    """
+    if not folder.exists():
+        return []
+    if not folder.is_dir():
+        raise MotionLabError(f"{folder} is no folder: name another one")
+    manifest = folder / _MANIFEST
+    written = set(json.loads(manifest.read_bytes())) if manifest.is_file() else set()
+    entries = [each for each in folder.iterdir() if each.name[0] != "." and each.name != _OF_HOST]
+    paths = [each for entry in entries for each in (entry, *entry.rglob("*"))]
+    names = [
+        path.relative_to(folder).as_posix()
+        for path in paths
+        if path.is_symlink() or not path.is_dir()
+    ]
+    others = sorted(set(names) - written)
+    if others:
+        raise MotionLabError(
+            f"{folder} is not empty, and {others[0]} is of no demo: name another folder"
+        )
+    return sorted(names, key=lambda name: name == _MANIFEST)
 
 
 def _page_files(root: Path) -> dict[str, bytes]:
@@ -95,10 +150,10 @@ def _page_files(root: Path) -> dict[str, bytes]:
 
 
 def _data_files() -> dict[str, bytes]:
-    files = {f"{_DATA}/answers.bin": _zipped(json.dumps(_answers()).encode())}
+    files = {"answers.bin": _zipped(json.dumps(_answers()).encode())}
     for name in names("scenarios"):
-        files[f"{_DATA}/{name}.bin"] = _zipped(_lanes(name))
-    files[f"{_DATA}/lanes.js"] = lane_code().encode()
+        files[f"{name}.bin"] = _zipped(_lanes(name))
+    files["lanes.js"] = lane_code().encode()
     return files
 
 
@@ -207,16 +262,20 @@ def _zipped(content: bytes) -> bytes:
 # -- the page -------------------------------------------------------------------------------------
 
 
-def _marked(page: bytes) -> bytes:
+def _marked(page: bytes, data: str) -> bytes:
     """Return the page with the mark by which its scripts take answers from files."""
-    mark = f'<meta name="motionlab-demo" content="{_DATA}/" />'.encode()
+    mark = f'<meta name="motionlab-demo" content="{data}" />'.encode()
     return page.replace(b"</title>", b"</title>\n    " + mark, 1)
 
 
 def _service_worker(files: dict[str, bytes]) -> bytes:
     """Return the script with which the lab opens again without a network."""
+    kept = [name for name in files if name != "index.html" and not name.startswith("licenses/")]
+    return _WORKER.format(name=_digest(files), files=json.dumps(["./", *kept])).encode()
+
+
+def _digest(files: dict[str, bytes]) -> str:
     digest = hashlib.sha256()
     for name, content in files.items():
         digest.update(name.encode() + content)
-    kept = [name for name in files if name != "index.html" and not name.startswith("licenses/")]
-    return _WORKER.format(name=digest.hexdigest()[:16], files=json.dumps(["./", *kept])).encode()
+    return digest.hexdigest()[:16]

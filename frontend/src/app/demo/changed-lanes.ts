@@ -6,7 +6,7 @@ import { at, difference, equal, withChanges } from '../api/scenario-paths';
 import type { Changes, ProblemField, Scenario, Value } from '../api/types';
 import { entryOf } from '../fields/fields.svelte';
 
-/** The module `data/lanes.js`, generated from the functions of the server. */
+/** The module `lanes.js` of a demo, generated from the functions of the server. */
 export interface LaneCode {
   PARAMETERS: readonly string[];
   STATES: readonly string[];
