@@ -94,7 +94,8 @@ export class Crew {
   static async open(): Promise<Crew> {
     if (!hasSimd()) throw new Error('this browser has no WebAssembly with SIMD');
     const url = new URL('../../kernel.wasm', import.meta.url);
-    const module = await WebAssembly.compileStreaming(fetch(url));
+    // Not compileStreaming: it refuses a host that does not name the type application/wasm.
+    const module = await WebAssembly.compile(await (await fetch(url)).arrayBuffer());
     const worker = () => new Worker(new URL('./worker.ts', import.meta.url), { type: 'module' });
     return Crew.of(
       module,

@@ -2,6 +2,8 @@
 
 import { AXES, LANES } from './module';
 
+const SPACE = 0x20;
+
 export type Axis = 'x' | 'y';
 
 /** Start and end in ticks from the window's start, and the length of the move before, m. */
@@ -119,8 +121,9 @@ export function packLanes({ lanes, state, inputs, tables, ...head }: Lanes): Arr
       return [name, { first: end - length, shape: [length] }];
     }),
   );
-  const text = JSON.stringify({ ...head, arrays });
-  const bytes = new TextEncoder().encode(text.padEnd(Math.ceil(text.length / 8) * 8));
+  const text = new TextEncoder().encode(JSON.stringify({ ...head, arrays }));
+  const bytes = new Uint8Array(Math.ceil(text.length / 8) * 8).fill(SPACE);
+  bytes.set(text);
   const buffer = new ArrayBuffer(8 + bytes.length + 8 * end);
   new DataView(buffer).setUint32(0, bytes.length, true);
   new Uint8Array(buffer, 8).set(bytes);
