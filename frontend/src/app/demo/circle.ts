@@ -3,6 +3,7 @@
 import type { Lanes } from '../../kernel/lanes';
 import { AXES, LANES } from '../../kernel/module';
 import type { ProblemField, Scenario } from '../api/types';
+import { Beyond } from './changed-lanes';
 
 /** Of position, velocity and acceleration. */
 export const REFERENCE_ROWS = ['p_ref', 'v_ref', 'a_ref'] as const;
@@ -29,13 +30,24 @@ function smoothStart(u: number, lead: number): [clock: number, rate: number, sec
   return [clock, r ** 3 * (10 - 15 * r + 6 * r ** 2), (30 * r ** 2 * (1 - r) ** 2) / lead];
 }
 
-/** Returns the lanes of a scenario with another circle in place of its own. */
+/** Longest motion, summed over variants, s: a worker's memory. */
+const MOST = 60;
+
+/**
+ * Returns the lanes of a scenario with another circle in place of its own.
+ *
+ * @throws Beyond where the motion is too long
+ */
 export function withCircle(lanes: Lanes, circle: Circle, startRow: number): Lanes {
   const { period: T } = lanes;
   const whole = (seconds: number) => (seconds > 0 ? Math.max(1, Math.round(seconds / T)) : 0);
   const lap = whole(1 / circle.frequency);
   const lead = whole(circle.lead_in ?? 0.5 / circle.frequency);
   const ticks = lead + circle.laps * lap;
+  // Before anything is allocated: laps and their duration may be any.
+  if (ticks * T * lanes.tabled.length > MOST) {
+    throw new Beyond(`the motion takes more than ${MOST} s, summed over variants`);
+  }
   const turn = ((circle.direction === 'ccw' ? 1 : -1) * 2 * Math.PI) / lap;
   const rows = AXES.flatMap((axis) => REFERENCE_ROWS.map((row) => [row, axis] as const));
   const inputs = new Float64Array(rows.length * ticks);
