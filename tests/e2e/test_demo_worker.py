@@ -43,7 +43,7 @@ def page(browser: Browser) -> Iterator[Page]:
 
 def write(folder: Path, version: str) -> None:
     html = (
-        f"<title>{version}</title><script src='page.js'></script>"
+        f"<title>{version}</title><meta name='motionlab-demo'><script src='page.js'></script>"
         "<script>navigator.serviceWorker.register('sw.js')</script>"
     )
     files = {"index.html": html.encode(), "page.js": f"window.version = '{version}'".encode()}
@@ -100,3 +100,16 @@ def test_demos_on_one_host_keep_their_files(page: Page, host: Host, tmp_path: Pa
         for address in ("", "index.html", "index.html?section=gains", "#gains"):
             page.goto("about:blank")
             assert visit(page, f"{host.url}/{name}/{address}") == (name, name)
+
+
+def test_it_gives_way_to_what_else_has_its_address(page: Page, host: Host, tmp_path: Path) -> None:
+    """A lab on the port that a demo had is the lab."""
+    write(tmp_path / "demo", "demo")
+    visit(page, f"{host.url}/demo/")
+    settled(page)
+    (tmp_path / "demo" / "index.html").write_text("<title>lab</title>")
+    page.goto(f"{host.url}/demo/")
+    assert page.title() == "lab"
+    page.goto(f"{host.url}/demo/")
+    assert page.title() == "lab"
+    assert page.evaluate("navigator.serviceWorker.getRegistration()") is None

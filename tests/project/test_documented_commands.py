@@ -325,7 +325,7 @@ def test_no_block_escapes() -> None:
     """A page that has shell in a fence, or a line after a prompt, would not be seen here."""
     for page in PAGES:
         kinds = {kind for kind, _ in FENCE.findall(page.read_text())}
-        assert kinds <= {"python", "toml", "yaml", "nginx", "ini"}, page.name
+        assert kinds <= {"c", "python", "toml", "yaml", "nginx", "ini"}, page.name
         assert not re.search(r"^    \$ ", page.read_text(), re.MULTILINE), page.name
     assert len(RUN) > 15
     assert sum(command.output is not None for command in RUN) >= 2

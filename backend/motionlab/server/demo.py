@@ -55,15 +55,31 @@ addEventListener('activate', (event) => {{
   const remove = (names) => Promise.all(names.filter(old).map((name) => caches.delete(name)));
   event.waitUntil(caches.keys().then(remove));
 }});
+const kept = async (file) => {{
+  const cache = await caches.open(NAME);
+  return cache.match(file, {{ ignoreSearch: true }});
+}};
+// Another program may have this address now, such as a lab on the same port: the demo gives way.
+const giveWay = async () => {{
+  await registration.unregister();
+  const own = (await caches.keys()).filter((name) => name.startsWith(OWN));
+  await Promise.all(own.map((name) => caches.delete(name)));
+}};
+const page = async (request) => {{
+  let answer;
+  try {{
+    answer = await fetch(request);
+  }} catch {{
+    return (await kept(PAGE)) ?? Response.error();
+  }}
+  if ((await answer.clone().text()).includes('motionlab-demo')) return (await kept(PAGE)) ?? answer;
+  await giveWay();
+  return answer;
+}};
 addEventListener('fetch', (event) => {{
-  const [address] = event.request.url.split(/[?#]/);
-  const file = address === `${{PAGE}}index.html` ? PAGE : event.request;
-  event.respondWith(
-    caches
-      .open(NAME)
-      .then((cache) => cache.match(file, {{ ignoreSearch: true }}))
-      .then((kept) => kept ?? fetch(event.request)),
-  );
+  const {{ request }} = event;
+  if (request.mode === 'navigate') event.respondWith(page(request));
+  else event.respondWith(kept(request).then((file) => file ?? fetch(request)));
 }});
 """
 
