@@ -53,8 +53,8 @@ def curve(page: Page, title: str) -> Locator:
 def test_a_gain_of_a_report_is_dragged(
     page: Page, server: Server, disk: Page, tmp_path: Path
 ) -> None:
-    asked = {"scenario": "circle", "keep": True}
-    run = page.request.post(f"{server.url}{API}/simulate", data=asked).json()["run"]
+    query = {"scenario": "circle", "keep": True}
+    run = page.request.post(f"{server.url}{API}/simulate", data=query).json()["run"]
     file = tmp_path / "report.html"
     file.write_bytes(page.request.get(f"{server.url}{API}/runs/{run}/report").body())
     disk.goto(file.as_uri())
@@ -111,8 +111,8 @@ def test_a_gain_of_a_comparison_is_dragged(
     gain = "variants.B.controller.x.k_p"
     runs = []
     for changes in ({}, {gain: 250e3}):
-        asked = {"scenario": "circle", "set": changes, "keep": True}
-        runs.append(page.request.post(f"{server.url}{API}/simulate", data=asked).json()["run"])
+        query = {"scenario": "circle", "set": changes, "keep": True}
+        runs.append(page.request.post(f"{server.url}{API}/simulate", data=query).json()["run"])
     body: dict[str, Any] = {"a": runs[0], "b": runs[1], "only": ["B.x.following_error"]}
     file = tmp_path / "comparison.html"
     file.write_bytes(page.request.post(f"{server.url}{API}/runs/compare/report", data=body).body())
@@ -140,8 +140,8 @@ def test_a_gain_of_a_comparison_is_dragged(
 def test_a_loop_that_amplifies_rounding_is_named(
     page: Page, server: Server, disk: Page, tmp_path: Path
 ) -> None:
-    asked = {"scenario": "circle-published-k", "keep": True}
-    run = page.request.post(f"{server.url}{API}/simulate", data=asked).json()["run"]
+    query = {"scenario": "circle-published-k", "keep": True}
+    run = page.request.post(f"{server.url}{API}/simulate", data=query).json()["run"]
     file = tmp_path / "report.html"
     file.write_bytes(page.request.get(f"{server.url}{API}/runs/{run}/report").body())
     disk.goto(file.as_uri())

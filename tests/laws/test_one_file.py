@@ -51,10 +51,10 @@ def printed(environment: dict[str, str], *words: str) -> str:
 
 def _address(server: subprocess.Popen[bytes], stderr: Path) -> str:
     end = time.monotonic() + PATIENCE
-    while (said := re.search(r"Serving (http://[0-9.:]+)", stderr.read_text())) is None:
+    while (address := re.search(r"Serving (http://[0-9.:]+)", stderr.read_text())) is None:
         assert server.poll() is None and time.monotonic() < end, stderr.read_text()
         time.sleep(0.05)
-    return said[1]
+    return address[1]
 
 
 @pytest.fixture(scope="module")
@@ -83,10 +83,10 @@ def test_it_is_listed_with_its_parameters(environment: dict[str, str]) -> None:
 def test_it_is_simulated_linearised_and_in_the_module_of_the_page(
     environment: dict[str, str],
 ) -> None:
-    found: dict[str, Any] = json.loads(printed(environment, "tests.laws.surfaces", "relay"))
-    assert 0.3 < found["recorded"] < 1.0  # the relay's level, and viscous friction
-    assert found["module_error"] < 1e-6
-    assert found["phase_margin"] > 0.0
+    computed: dict[str, Any] = json.loads(printed(environment, "tests.laws.surfaces", "relay"))
+    assert 0.3 < computed["recorded"] < 1.0  # the relay's level, and viscous friction
+    assert computed["module_error"] < 1e-6
+    assert computed["phase_margin"] > 0.0
 
 
 def test_it_is_served_and_taken_by_a_live_session(lab: httpx.Client) -> None:

@@ -159,15 +159,15 @@ def test_two_runs_give_the_same_bytes() -> None:
 
 
 def test_the_module_says_what_its_rows_are() -> None:
-    said = module_run.description(module())
-    assert said == {**description(), "model": model_hash()} | {
+    declared = module_run.description(module())
+    assert declared == {**description(), "model": model_hash()} | {
         key: list(value) for key, value in description().items() if isinstance(value, tuple)
     }
-    assert said["parameters"] == list(PARAMETERS)
-    assert said["state"] == list(STATES)
-    assert said["inputs"] == list(Inputs._fields)
-    assert said["channels"] == [channel.name for channel in CHANNELS]
-    assert said["parameters"].index("controller.k_p") == parameter_row("controller.k_p")
+    assert declared["parameters"] == list(PARAMETERS)
+    assert declared["state"] == list(STATES)
+    assert declared["inputs"] == list(Inputs._fields)
+    assert declared["channels"] == [channel.name for channel in CHANNELS]
+    assert declared["parameters"].index("controller.k_p") == parameter_row("controller.k_p")
 
 
 def test_make_compiles_it_anew_for_every_source_of_the_model() -> None:

@@ -121,7 +121,7 @@ class _Walk:
                 place = len(record.cells)
                 record.cells.append(Cell(column, shown, "", Unit("")))
                 self._fields(value, record, path, names, column)
-                if next(iter(type(value).model_fields)) == "value":  # stands beside the label
+                if next(iter(type(value).model_fields)) == "value":  # in the row of the label
                     own = record.cells.pop(place + 1).value
                     record.cells[place] = Cell(column, shown, own, unit)
             elif not _is_left_out(value, info, alone=not record.name):

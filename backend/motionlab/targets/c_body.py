@@ -79,7 +79,7 @@ class Body:
         return ([""] if blank and since and not first else []) + above
 
     def _beside(self, line: int, made: list[str], indent: str) -> list[str]:
-        """Return statements with the comment that stands beside a line of the source."""
+        """Return statements with the trailing comment of a line of the source."""
         text = self._trailing.pop(line, "")
         if not text:
             return made

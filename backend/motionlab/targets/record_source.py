@@ -127,7 +127,7 @@ def constant_origin(module: str, name: str) -> tuple[str, str]:
 
 
 def constant_comment(module: str, name: str) -> str:
-    """Return what stands beside or below the definition of a module's constant."""
+    """Return the trailing comment of a module's constant, or the string below it."""
     tree, comments = _module_tree(module)
     for statement, below in zip(tree.body, [*tree.body[1:], None], strict=True):
         match statement:

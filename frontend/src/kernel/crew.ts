@@ -11,7 +11,7 @@ const MOST = 64e6;
 /** A worker that has not answered for so long has ended, ms: one without memory may not say so. */
 const LONGEST = 30_000;
 
-/** A worker has ended, and answers nothing any more. */
+/** The worker has ended and will not answer. */
 export class WorkerEnded extends Error {}
 
 /** What a worker is to the page; tests put another in its place. */

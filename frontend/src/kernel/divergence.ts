@@ -3,7 +3,7 @@
 import { AXES, LANES, rowOf } from './module';
 import type { Divergence } from './tasks';
 
-/** Ticks whose samples are told, up to the one that failed. */
+/** Last ticks of a diverged run whose samples the result lists. */
 const LAST_STATES = 5;
 
 /**
