@@ -60,15 +60,17 @@ def test_a_gain_of_a_report_is_dragged(
     disk.goto(file.as_uri())
     slider = disk.get_by_role("slider", name="B k_p x", exact=True)
     expect(slider).to_be_visible(timeout=LONG)
-    drawn = curve(disk, "Following error x")
+    drawn, plane = curve(disk, "Following error x"), curve(disk, "Plane")
     metric = computed(disk, f"B x.{MAX}")
     expect(metric).to_have_count(0)
     slider.evaluate(DRAG, 0.55)
     expect(metric).to_be_visible(timeout=LONG)
     first, path = metric.get_attribute("data-value") or "", drawn.get_attribute("d")
+    circle = plane.get_attribute("d")
     slider.evaluate(DRAG, 0.6)
     expect(metric).not_to_have_attribute("data-value", first, timeout=LONG)
     assert drawn.get_attribute("d") != path
+    assert plane.get_attribute("d") not in {circle, ""}
 
     field = disk.get_by_role("textbox", name="B k_p x, N/mm")
     changes: dict[str, Any] = {"variants.B.controller.x.k_p": 1e3 * float(field.input_value())}
@@ -101,7 +103,7 @@ def test_a_gain_of_a_report_is_dragged(
     expect(metric).to_have_count(0)
     expect(field).to_have_value("200.3")
     expect(box).to_be_checked()
-    assert drawn.get_attribute("d") == ""
+    assert drawn.get_attribute("d") == plane.get_attribute("d") == ""
 
 
 @pytest.mark.usefixtures("unopened")

@@ -197,7 +197,7 @@ def _plane(run: RunDetail, file: parquet.ParquetFile) -> Markup | None:
         return None
     pairs = {name: samples[2 + 2 * i : 4 + 2 * i] for i, name in enumerate(variants)}
     labels = {v: f"{v} {run.labels.get(v, '')}".strip() for v in variants}
-    return plane(samples[:2], pairs, labels)
+    return plane(samples[:2], pairs, labels, start)
 
 
 def _plane_samples(run: RunDetail) -> tuple[int, int]:

@@ -199,11 +199,16 @@ def _data(chart: Chart, x: Axis, y: Axis, scale: Scale) -> dict[str, object]:
         return {}
     return {
         "data_grid": " ".join(map(repr, chart.grid)),
-        "data_x": " ".join(map(repr, x)),
-        "data_y": " ".join(map(repr, y)),
+        "data_x": ends_of(x),
+        "data_y": ends_of(y),
         "data_size": repr(scale.size),
         "data_unit": _pretty(scale.unit),
     }
+
+
+def ends_of(axis: Axis) -> str:
+    """Return the ends of an axis and their places, as a script reads them."""
+    return " ".join(map(repr, axis))
 
 
 def framed(

@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.reports.markup import Markup
+from motionlab.reports.markup import Markup, element
 from motionlab.reports.svg_chart import (
     LEFT,
     RIGHT,
     VARIANT_LOOKS,
     Axis,
     axes,
+    ends_of,
     framed,
     legend_of,
     path_of,
@@ -42,10 +43,13 @@ def magnification(size: float, error: float) -> float:
     return max(m * power for m in (1.0, 2.0, 5.0) if m * power <= factor * (1.0 + 1e-9))
 
 
-def plane(reference: Values, errors: Mapping[str, Values], labels: Mapping[str, str]) -> Markup:
+def plane(
+    reference: Values, errors: Mapping[str, Values], labels: Mapping[str, str], first: int = 0
+) -> Markup:
     """Return reference and movers; each is drawn at reference - factor * error.
 
-    Where samples are left out, the one with the largest error stays.
+    Where samples are left out, the one with the largest error stays. A script finds in the
+    attributes what it needs to draw other runs of the same motion.
 
     Parameters
     ----------
@@ -55,6 +59,8 @@ def plane(reference: Values, errors: Mapping[str, Values], labels: Mapping[str, 
         Following errors by variant, m.
     labels : mapping of str to str
         What each variant is called.
+    first : int
+        Number of the first sample in the run.
     """
     size = max((_extent(row) for row in reference), default=0.0)
     largest = max((float(np.nanmax(np.abs(e), initial=0.0)) for e in errors.values()), default=0.0)
@@ -71,13 +77,21 @@ def plane(reference: Values, errors: Mapping[str, Values], labels: Mapping[str, 
     top = 30 + 15 * rows
     x, y = _axes(np.concatenate(list(curves.values()), axis=1), top)
     drawn = []
-    for i, (curve, look) in enumerate(zip(curves.values(), looks, strict=True)):
+    for i, ((name, curve), look) in enumerate(zip(curves.items(), looks, strict=True)):
         places = np.stack([x.at(curve[0]), y.at(curve[1])])
-        drawn.append(stroked(path_of(places[0], places[1], places[1]), look, _points(places, i)))
+        path = stroked(path_of(places[0], places[1], places[1]), look, _points(places, i))
+        drawn.append(element("g", path, data_mover=name, data_look=look) if name in errors else path)
     scale = scale_for([x.low, x.high, y.low, y.high], "m")
     title = "Plane" if factor == 1.0 else f"Plane, errors magnified \u00d7 {factor:,.0f}"
     grid = axes(x, y, ("x", scale), scale)
-    return framed(title, [legend, grid, *drawn], height=y.begin + 34)
+    return framed(
+        title,
+        [legend, grid, *drawn],
+        height=y.begin + 34,
+        data_plane=f"{first} {first + reference.shape[1]} {_POINTS} {factor!r}",
+        data_x=ends_of(x),
+        data_y=ends_of(y),
+    )
 
 
 def _axes(points: Values, top: float) -> tuple[Axis, Axis]:

@@ -3,23 +3,15 @@
 import { AxisScale } from '../plot/axis-scale';
 import type { Axis } from '../kernel/lanes';
 import type { Column, Curve } from '../kernel/tasks';
-import { pathOf } from './svg-path';
 import { differenceOf, type Samples } from './difference';
 import type { Experiment } from './experiment';
+import { element, type Ends, endsOf, placeOf } from './svg-axis';
+import { pathOf } from './svg-path';
 
-const SVG = 'http://www.w3.org/2000/svg';
 /** Room beyond the ends of a curve that leaves the plot, as a share of the axis. */
 const ROOM = 0.06;
 /** Between two ticks, in units of the plot. */
 const APART = 30;
-
-/** Ends of an axis, and their places in the plot. */
-interface Ends {
-  low: number;
-  high: number;
-  begin: number;
-  end: number;
-}
 
 /** A column of a run, and the tick of it at the first instant of the plot. */
 interface Source {
@@ -186,19 +178,4 @@ function sourceOf(
   const experiment = experiments.get(run);
   if (!experiment?.variants.includes(variant)) return null;
   return { experiment, variant, column: { channel, axis: axis as Axis }, first: Number(first) };
-}
-
-function endsOf(text = ''): Ends {
-  const [low = 0, high = 1, begin = 0, end = 1] = text.split(' ').map(Number);
-  return { low, high, begin, end };
-}
-
-function placeOf({ low, high, begin, end }: Ends, value: number): number {
-  return begin + ((value - low) / (high - low)) * (end - begin);
-}
-
-function element(name: string, attributes: Record<string, string | number>): SVGElement {
-  const node = document.createElementNS(SVG, name);
-  for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, String(value));
-  return node;
 }

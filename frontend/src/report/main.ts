@@ -5,6 +5,7 @@ import type { Result } from '../kernel/result';
 import type { Inputs } from '../kernel/tasks';
 import { Experiment } from './experiment';
 import { LiveFigures } from './live-figures';
+import { LivePlane } from './live-plane';
 import { LivePlot } from './live-plot';
 import { moduleOf, recordOf } from './numbers';
 import { Sliders } from './sliders';
@@ -21,9 +22,9 @@ async function begin(section: HTMLElement): Promise<void> {
   }
   const module = await moduleOf(one(section, '[data-kernel]').textContent ?? '');
   const experiments = await experimentsOf(section, module);
-  const plots = [...document.querySelectorAll<SVGSVGElement>('svg[data-grid]')].map(
-    (svg) => new LivePlot(svg, experiments),
-  );
+  const plots = pictures('data-grid', (svg) => new LivePlot(svg, experiments));
+  const own = experiments.get(''); // of a report of one run
+  const planes = own ? pictures('data-plane', (svg) => new LivePlane(svg, own)) : [];
   const figures = new LiveFigures(document);
   const run = () =>
     [...experiments].flatMap(([number, experiment]) => {
@@ -34,7 +35,7 @@ async function begin(section: HTMLElement): Promise<void> {
   const draw = () => {
     const started = performance.now();
     const notes = run();
-    for (const plot of plots) plot.draw();
+    for (const picture of [...planes, ...plots]) picture.draw();
     const took = (performance.now() - started).toFixed(0);
     status.textContent = [`Computed by this page in ${took} ms.`, ...notes].join(' ');
   };
@@ -48,7 +49,7 @@ async function begin(section: HTMLElement): Promise<void> {
   one(section, 'button').addEventListener('click', () => {
     cancelAnimationFrame(frame);
     sliders.back();
-    for (const plot of plots) plot.clear();
+    for (const picture of [...planes, ...plots]) picture.clear();
     figures.clear();
     status.textContent = recorded;
   });
@@ -57,6 +58,10 @@ async function begin(section: HTMLElement): Promise<void> {
   figures.clear();
   status.textContent = recorded;
   tools.hidden = false;
+}
+
+function pictures<T>(attribute: string, of: (svg: SVGSVGElement) => T): T[] {
+  return [...document.querySelectorAll<SVGSVGElement>(`svg[${attribute}]`)].map(of);
 }
 
 /** Runs of the report by their number, of a single one empty. */
