@@ -80,7 +80,8 @@ def plane(
     for i, ((name, curve), look) in enumerate(zip(curves.items(), looks, strict=True)):
         places = np.stack([x.at(curve[0]), y.at(curve[1])])
         path = stroked(path_of(places[0], places[1], places[1]), look, _points(places, i))
-        drawn.append(element("g", path, data_mover=name, data_look=look) if name in errors else path)
+        mover = name in errors
+        drawn.append(element("g", path, data_mover=name, data_look=look) if mover else path)
     scale = scale_for([x.low, x.high, y.low, y.high], "m")
     title = "Plane" if factor == 1.0 else f"Plane, errors magnified \u00d7 {factor:,.0f}"
     grid = axes(x, y, ("x", scale), scale)
