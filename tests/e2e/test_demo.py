@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import gzip
 import http.server
+import re
 import subprocess
 import sys
 import threading
@@ -15,9 +16,11 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
+from motionlab.analysis.views.ballbar import ballbar
 from motionlab.config.changes import apply_changes
 from motionlab.config.load import load_scenario, validate
 from motionlab.simulation.prepare import prepare
+from motionlab.simulation.recorded import of_scenario
 from motionlab.simulation.result import document
 from motionlab.simulation.run import run
 from tests.e2e.actions import LONG, MAX, RMS, set_field
@@ -185,6 +188,30 @@ def test_another_circle_is_sampled_in_the_page(demo: Page, host: Host) -> None:
     problem = demo.get_by_text("position of x exceeds the motor's", exact=False)
     expect(problem.first).to_be_visible()
     agree(previewed(demo, "B"), "circle", changes, "B")
+
+
+def test_ballbar_and_spectrum_are_of_what_is_shown(demo: Page, host: Host) -> None:
+    opened(demo, host)
+    set_field(demo, "stiction F_s x, N", "5")
+    demo.get_by_role("radio", name="Views", exact=True).click()
+    row = demo.get_by_role("table", name="Each direction").get_by_role("row", name="F max")
+    changes = {"plant.x.friction.F_s": 5.0}
+    prepared = prepare(load_scenario("circle", changes))
+    variants = ballbar(of_scenario(prepared, None, None, window=False)).variants
+    exact = [variants[variant].directions[way].F_max for variant in "AB" for way in ("ccw", "cw")]
+    expect(row.get_by_role("cell").first).to_have_text(f"{1e6 * exact[0]:.1f}", timeout=LONG)
+    shown = [float(text) for text in row.get_by_role("cell").all_inner_texts()[:4]]
+    assert shown == pytest.approx([1e6 * each for each in exact], rel=0.005)
+
+    demo.get_by_role("radio", name="Spectrum", exact=True).click()
+    rms = previewed(demo, "A")["x"][RMS]
+    expect(demo.get_by_text(re.compile(r"^A: RMS"))).to_contain_text(
+        f"4.500 to 10.50 s, resolution {1 / 1.296:.3g} Hz"
+    )
+    text = demo.get_by_text(re.compile(r"^A: RMS")).inner_text()
+    assert float(text.split()[2]) == pytest.approx(1e6 * rms, rel=0.005)  # its mean is 0
+    demo.get_by_role("radio", name="Cost", exact=True).click()
+    expect(demo.get_by_role("alert")).to_contain_text("motionlab serve")
 
 
 def test_it_opens_again_without_a_network(demo: Page, host: Host) -> None:

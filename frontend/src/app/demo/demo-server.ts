@@ -11,6 +11,7 @@ import { type Circle, infeasible, REFERENCE_ROWS, withCircle } from './circle';
 import { Beyond, changedLanes, type LaneCode, outOfRange, Refused } from './changed-lanes';
 import { NEEDS_SERVER } from './demo-mode';
 import { readPacked } from './packed-inputs';
+import type { SpectrumRequest } from './spectrum';
 
 /** The scenario of a first visit. */
 const FIRST = 'circle';
@@ -68,6 +69,7 @@ export class DemoServer {
     }
     if (path === '/whatif/lanes') return this.whatIf(JSON.parse(body) as LanesRequest);
     if (path === '/scenarios/parse') return this.motor(body);
+    if (path === '/spectrum' || path === '/views/ballbar') return view(path, body);
     return problem(501, NEEDS_SERVER);
   }
 
@@ -162,6 +164,17 @@ function isCircle(trajectory: unknown): trajectory is Circle {
 function refuseInfeasible(moved: Lanes, plant: Scenario['plant']): void {
   const problems = infeasible(moved, plant);
   if (problems.length > 0) throw new Refused(problems);
+}
+
+/** Computed by what is loaded once it is asked for. */
+async function view(path: '/spectrum' | '/views/ballbar', body: string): Promise<Response> {
+  const { ballbar, spectrumDocument } = await import('./demo-views');
+  try {
+    if (path === '/spectrum') return json(spectrumDocument(JSON.parse(body) as SpectrumRequest));
+    return json(await ballbar(JSON.parse(body) as LanesRequest));
+  } catch (error) {
+    return problem(422, error instanceof Error ? error.message : String(error));
+  }
 }
 
 function json(value: unknown): Response {

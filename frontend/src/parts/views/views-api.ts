@@ -4,7 +4,6 @@ import type { paths } from '../../app/api/schema';
 import type { Changes, Scenario } from '../../app/api/types';
 import { app } from '../../app/store.svelte';
 import type { Range, SampleSource } from '../../plot/source';
-import { readAnswer } from '../../app/api/curves-answer';
 
 /** Every view of the server. */
 export type ViewName = keyof paths extends infer Path
@@ -53,19 +52,6 @@ export interface Sampled {
 /** The end of a range, so long that it holds no more than the most samples. */
 export function lastOf({ from, to }: Range, period: number): Range {
   return { from: Math.max(from, to - (MOST - 1) * period), to };
-}
-
-/** Simulates a stretch and returns every tick of it. */
-export async function simulated(
-  { scenario, set }: { scenario: Scenario; set: Changes },
-  names: readonly string[],
-  range: Range,
-  signal: AbortSignal,
-): Promise<Sampled> {
-  const body = { scenario, set, columns: names, points: MOST, exact: true };
-  const stretch = { start: range.from, end: range.to };
-  const { source, period } = readAnswer(await app.api.whatif({ ...body, ...stretch }, signal));
-  return { ...samplesOf(source, names, 0, source.last), period };
 }
 
 /** Samples [first, stop) of a source that has every tick. */
