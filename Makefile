@@ -39,6 +39,10 @@ MODULE := frontend/kernel.wasm
 MODULE_SOURCES := $(shell find $(addprefix backend/motionlab/,analysis/contouring.py control force_sharing \
 	kernel lanes laws motor_design/fem/cells.py plant targets/wasm*.py telemetry/channels.py \
 	telemetry/decimate.py timing.py) -type f ! -path '*/__pycache__/*')
+# What makes lane parameters of a scenario, for the page: functions of the server, translated.
+LANE_CODE := frontend/lanes.js
+LANE_SOURCES := $(shell find $(addprefix backend/motionlab/,config/plant.py control force_sharing kernel \
+	lanes laws plant targets/javascript.py targets/lane_code.py timing.py) -type f ! -path '*/__pycache__/*')
 HELP := build/help/index.html
 HELP_SOURCES := README.md $(shell find docs backend/motionlab configs -type f ! -name '*.py[cod]' ! -name '*.nb[ci]')
 LINT_STAMP := .venv/lint-$(HERE)
@@ -180,7 +184,7 @@ $(LOWEST_STAMP): $(UV) backend/requirements-lowest.lock pyproject.toml
 	@touch $@
 
 # The page is built with the system's node, or with one from the lock.
-$(PAGE): $(SETUP_STAMP) $(PAGE_SOURCES) $(MODULE)
+$(PAGE): $(SETUP_STAMP) $(PAGE_SOURCES) $(MODULE) $(LANE_CODE)
 	@echo "Building the page ..."
 	@frontend/npm run --silent build
 	@touch $@
@@ -188,6 +192,9 @@ $(PAGE): $(SETUP_STAMP) $(PAGE_SOURCES) $(MODULE)
 $(MODULE): $(SETUP_STAMP) $(MODULE_SOURCES)
 	@echo "Compiling the kernel for browsers ..."
 	@$(PY) -m motionlab.targets.wasm $@
+
+$(LANE_CODE): $(SETUP_STAMP) $(LANE_SOURCES)
+	@$(PY) -m motionlab.targets.lane_code $@
 
 $(HELP): $(SETUP_STAMP) $(HELP_SOURCES)
 	@echo "Building the documentation ..."

@@ -36,7 +36,7 @@ const layers = [
 ];
 
 export default ts.config(
-  { ignores: ['dist/', 'src/app/api/schema.d.ts'] },
+  { ignores: ['dist/', 'lanes.js', 'src/app/api/schema.d.ts'] },
   js.configs.recommended,
   ...ts.configs.strict,
   ...svelte.configs.recommended,

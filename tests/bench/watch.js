@@ -3,6 +3,7 @@
   const bench = {
     answers: 0,
     loops: 0,
+    asked: 0, // for lanes
     drawn: new Map(), // canvas to when, ms
     answered: 0, // ms
     last: 0,
@@ -43,6 +44,7 @@
       };
     }
     if (String(given[0]).endsWith('/loop')) bench.loops += 1;
+    if (String(given[0]).endsWith('/whatif/lanes')) bench.asked += 1;
     const body = given[1]?.body;
     // What the page asks for once the controls rest is not an answer to an event.
     if (!String(given[0]).endsWith('/whatif') || JSON.parse(body).exact) return response;
@@ -96,11 +98,26 @@
     });
   };
 
+  const controlOf = (label) => document.querySelector(`input[aria-label="${label}"]`);
+  /** Moves a slider about where it stood, and a field of a number by one key: up or down. */
+  const move = (control, home, phase) => {
+    if (control.type === 'range') {
+      control.value = String(home + 0.1 * Math.sin(phase));
+      control.dispatchEvent(new Event('input', { bubbles: true }));
+      return;
+    }
+    const key = Math.sin(phase) > 0 ? 'ArrowUp' : 'ArrowDown';
+    control.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true }));
+  };
+
   const asking = () => document.querySelector('[data-testid=margins][aria-busy=true]');
 
-  /** Moves a slider `times` times; resolves to ms from each event until every plot, and until every margin is new. */
-  bench.slide = async (label, times) => {
-    const slider = document.querySelector(`input[type=range][aria-label="${label}"]`);
+  /**
+   * Moves a control `times` times; resolves to ms from each event until every plot, and until every margin is new,
+   * which it waits for if `loops`.
+   */
+  bench.slide = async (label, times, loops = true) => {
+    const slider = controlOf(label);
     // The overview is of the whole run, which is asked for once the controls rest.
     const canvases = [...document.querySelectorAll('canvas')].filter(
       (canvas) => shown(canvas) && !canvas.closest('[role=slider]'),
@@ -112,19 +129,18 @@
       // Between two frames, at another phase each time.
       await frame();
       await new Promise((resolve) => setTimeout(resolve, (i * 7) % 16));
-      const { answers, loops } = bench;
+      const { answers, loops: before } = bench;
       const begin = performance.now();
-      slider.value = String(home + 0.1 * Math.sin((i + 1) * 2.4));
-      slider.dispatchEvent(new Event('input', { bubbles: true }));
+      move(slider, home, (i + 1) * 2.4);
       const drawn = () =>
         bench.answers > answers &&
         canvases.every((canvas) => (bench.drawn.get(canvas) ?? 0) >= bench.answered);
-      let [plots, margin] = [0, 0];
+      let [plots, margin] = [0, loops ? 0 : Infinity];
       while (!plots || !margin) {
         await painted();
         const now = performance.now() - begin;
         if (!plots && drawn()) plots = now;
-        if (!margin && bench.loops > loops && !asking()) margin = now;
+        if (!margin && bench.loops > before && !asking()) margin = now;
         if (now > 10_000) throw new Error(`event ${i} without an answer`);
       }
       taken.push(plots);
@@ -136,14 +152,13 @@
 
   /** Moves a slider in every frame for some ms; resolves to how many previews came, and events. */
   bench.drag = async (label, time) => {
-    const slider = document.querySelector(`input[type=range][aria-label="${label}"]`);
+    const slider = controlOf(label);
     const home = slider.valueAsNumber;
     const { answers } = bench;
     const begin = performance.now();
     let events = 0;
     while (performance.now() - begin < time) {
-      slider.value = String(home + 0.1 * Math.sin((events += 1) * 0.1));
-      slider.dispatchEvent(new Event('input', { bubbles: true }));
+      move(slider, home, (events += 1) * 0.1);
       await frame();
     }
     slider.dispatchEvent(new Event('change', { bubbles: true }));

@@ -23,7 +23,7 @@ from motionlab.simulation.prepare import prepare
 from motionlab.simulation.recorded import of_scenario
 from motionlab.simulation.result import document
 from motionlab.simulation.run import run
-from tests.e2e.actions import LONG, MAX, RMS, set_field
+from tests.e2e.actions import ANSWERS, DRAFT, LONG, MAX, RMS, set_field
 from tests.e2e.conftest import VIEW, missing
 from tests.paths import ROOT
 
@@ -31,30 +31,6 @@ COUNT = 50e-9
 """One count of the encoder, m."""
 FIRST_LOAD = 500_000
 """Bytes, compressed: all that a first A and B takes."""
-RESULT = """
-window.answers = {};
-const Own = window.Worker;
-window.Worker = class extends Own {
-  constructor(...args) {
-    super(...args);
-    this.addEventListener('message', ({ data: { answer } }) => {
-      if (answer?.windows) window.answers[args.length && this.variant] = answer;
-    });
-  }
-  postMessage(message, ...rest) {
-    if (message.request.kind === 'run') this.variant = message.request.run.variant;
-    super.postMessage(message, ...rest);
-  }
-};
-"""
-
-
-DRAFT = """
-JSON.parse(
-  Object.entries(localStorage).find(([key]) => key.startsWith('motionlab.draft.'))[1],
-)
-"""
-"""What is staged, as the page keeps it."""
 
 
 class Files(http.server.SimpleHTTPRequestHandler):
@@ -105,7 +81,7 @@ def demo(browser: Browser) -> Iterator[Page]:
     complaints: list[str] = []
     page.on("console", lambda each: complaints.append(each.text) if each.type == "error" else None)
     page.on("pageerror", lambda error: complaints.append(str(error)))
-    page.add_init_script(RESULT)
+    page.add_init_script(ANSWERS)
     yield page
     page.context.close()
     assert complaints == []

@@ -168,6 +168,7 @@ def test_every_tracked_source_reaches_the_build():
         "data/trajectories/mine.toml",
         "frontend/dist/index.html",
         "frontend/kernel.wasm",
+        "frontend/lanes.js",
         "frontend/node_modules/vite/package.json",
         "backend/motionlab/_version.py",
         "backend/motionlab/plant/__pycache__/friction.cpython-311.pyc",

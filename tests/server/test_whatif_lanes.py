@@ -141,23 +141,6 @@ def test_what_is_known_is_not_sent_again(client: httpx.Client) -> None:
         assert head["keys"][other] != again["keys"][other]
 
 
-def test_a_copied_field_changes_its_row_and_nothing_else(client: httpx.Client) -> None:
-    scheduled = {"schedule": [{"time": 1.0, "set": {"variants.A.controller.x.k_p": 3e5}}]}
-    head, before = answer(client, scenario="circle", set=scheduled)
-    assert len(head["copies"]) == 7
-    assert "variants.A.controller.x.k_p" not in head["copies"]
-    for number, (path, place) in enumerate(head["copies"].items()):
-        value = place["minimum"] + 0.01 * number * (place["maximum"] - place["minimum"])
-        changed, after = answer(
-            client, scenario="circle", set=scheduled | {path: value}, **head["keys"]
-        )
-        expected = before["lanes"].copy()
-        expected[:, place["variant"], place["row"], AXES.index(place["axis"])] = value
-        assert np.array_equal(after["lanes"], expected), path
-        assert np.array_equal(after["state"], before["state"])
-        assert {**changed, "rows": head["rows"], "arrays": head["arrays"]} == head
-
-
 @pytest.mark.parametrize(
     ("changes", "words"),
     [

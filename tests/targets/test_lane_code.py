@@ -18,6 +18,7 @@ from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError
 from motionlab.kernel.build import lane
 from motionlab.kernel.layout import PARAMETERS, column
+from motionlab.lanes import model_hash
 from motionlab.lanes.bank import TABLES
 from motionlab.targets.javascript import Translator, UntranslatableError
 from motionlab.targets.lane_code import lane_code
@@ -34,14 +35,14 @@ ROUNDING = 1e-12
 """Relative: two libraries of elementary functions."""
 RUN = """
 import {{ readFileSync }} from 'node:fs';
-import {{ rows, refusal, PARAMETERS }} from '{code}';
+import {{ rows, refusal, MODEL, PARAMETERS }} from '{code}';
 const finite = (value) => (value === Infinity ? 'inf' : value === undefined ? null : value);
 const cases = JSON.parse(readFileSync('{cases}'));
 const made = cases.map((scenario) => Object.keys(scenario.variants).map((variant) =>
   ['x', 'y'].map((axis) => rows(scenario, variant, axis).map(finite))));
 const refused = cases.map((scenario) => Object.values(scenario.variants).map(({{ controller }}) =>
   ['x', 'y'].map((axis) => refusal(controller.compensation, controller.model[axis]))));
-console.log(JSON.stringify({{ made, refused, PARAMETERS }}));
+console.log(JSON.stringify({{ made, refused, MODEL, PARAMETERS }}));
 """
 
 
@@ -102,6 +103,7 @@ def test_the_page_makes_the_lanes_that_the_kernel_runs(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     answer = json.loads(done.stdout.splitlines()[-1])
     assert answer["PARAMETERS"] == list(PARAMETERS)
+    assert answer["MODEL"] == model_hash()
     laws = set()
     for scenario, variants in zip(scenarios, answer["made"], strict=True):
         for variant, axes in zip(scenario.variants.values(), variants, strict=True):

@@ -6,25 +6,19 @@ import base64
 import functools
 import gzip
 import hashlib
-import operator
 import zlib
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
-
-from motionlab.config.controller import ControllerConfig
-from motionlab.config.planar import AXES
 from motionlab.errors import ConfigError, NotReplayable
 from motionlab.files import page_root
-from motionlab.kernel.build import mover_parameters
 from motionlab.kernel.force_maps import maps_of
 from motionlab.lanes import model_hash
-from motionlab.lanes.bank import TABLES
 from motionlab.library.replay import again
 from motionlab.library.run import RunDetail
+from motionlab.reports.lane_copies import Switch, copied_gains, copied_switches
 from motionlab.reports.markup import Markup
 from motionlab.reports.predicted_rows import predicted_rows
 from motionlab.reports.quantities import field_at
@@ -36,13 +30,6 @@ NUMBERS_MAX = 300_000
 """Largest numbers of a document's runs, bytes of base64; program and kernel take 60 kB more."""
 WORK_MAX = 400.0
 """Longest run of which a state near its window is computed, summed over variants, s."""
-
-SWITCHES = {
-    "compensation.enabled": "compensation",
-    "feedforward": "feedforward",
-    "disturbance_observer.enabled": "disturbance observer",
-}
-"""Switches of a controller, as people read them."""
 
 _TICK = 200  # bytes of reference, load and what they are made of
 
@@ -95,24 +82,6 @@ class Slider(NamedTuple):
     maximum: float
     unit: str
     factor: float
-
-
-class Switch(NamedTuple):
-    """A switch of a variant's controller.
-
-    Attributes
-    ----------
-    name : str
-        As people read it.
-    on : bool
-        That of the run.
-    values : dict
-        Of each parameter of lanes that it changes, the value where it is off, and where it is on.
-    """
-
-    name: str
-    on: bool
-    values: dict[str, tuple[float, float]]
 
 
 class Experiment(NamedTuple):
@@ -174,8 +143,8 @@ def experiments(
         if isinstance(numbers, str):
             made[name] = numbers
             continue
-        switches, copies = _switches(numbers)
-        text = _packed(numbers, copies)
+        gains, (switches, flags) = copied_gains(numbers.prepared), copied_switches(numbers.prepared)
+        text = _packed(numbers, gains | flags)
         if len(text) > room:
             kilobytes, most = len(text) / 1e3, room / 1e3
             made[name] = f"Its inputs take {kilobytes:.0f} kB, more than {most:.0f} kB of a report."
@@ -183,7 +152,7 @@ def experiments(
         room -= len(text)
         known = numbers.keys
         begin = numbers.first * CONTROL_PERIOD
-        made[name] = Experiment(begin, text, _sliders(numbers), switches)
+        made[name] = Experiment(begin, text, _sliders(numbers, gains), switches)
     return made
 
 
@@ -197,7 +166,7 @@ def _work(run: RunDetail) -> float:
 
 
 def _packed(numbers: LaneRun, copies: dict[str, Any]) -> str:
-    more: dict[str, Any] = {"copies": numbers.copies | copies}
+    more: dict[str, Any] = {"copies": copies}
     if numbers.inputs is not None:
         more["orders"], residuals = predicted_rows(numbers.inputs)
         numbers = replace(numbers, inputs=residuals)
@@ -226,11 +195,11 @@ def _numbers(run: RunDetail, known: Known) -> LaneRun | str:
     return lane_run(prepared, start, stop, known)
 
 
-def _sliders(numbers: LaneRun) -> dict[str, list[Slider]]:
+def _sliders(numbers: LaneRun, gains: dict[str, Any]) -> dict[str, list[Slider]]:
     """Return the gains of each variant that are parameters of lanes as they are."""
     scenario = numbers.prepared.scenario
     sliders: dict[str, list[Slider]] = {name: [] for name in scenario.variants}
-    for path, place in numbers.copies.items():
+    for path, place in gains.items():
         _, variant, _, axis, name = path.split(".")
         value = getattr(getattr(scenario.variants[variant].controller, axis), name)
         field = field_at(path)
@@ -249,47 +218,3 @@ def _sliders(numbers: LaneRun) -> dict[str, list[Slider]]:
             )
         )
     return sliders
-
-
-def _switches(numbers: LaneRun) -> tuple[dict[str, list[Switch]], dict[str, Any]]:
-    """Return the switches of each variant, and what they change in the form of `LaneRun.copies`.
-
-    A schedule may change what a switch does, so there are none with one.
-    """
-    scenario = numbers.prepared.scenario
-    switches: dict[str, list[Switch]] = {name: [] for name in scenario.variants}
-    copies: dict[str, Any] = {}
-    for index, (variant, each) in enumerate(scenario.variants.items()):
-        for path, name in () if scenario.schedule else SWITCHES.items():
-            with TABLES.lease():
-                off, on = (
-                    np.array(
-                        mover_parameters(scenario, _switched(each.controller, path, value=value))
-                    )
-                    for value in (False, True)
-                )
-            values = {}
-            for axis, row in np.argwhere(off != on).tolist():
-                ends = (float(off[axis, row]), float(on[axis, row]))
-                key = f"variants.{variant}.controller.{path} {AXES[axis]} {row}"
-                values[key] = ends
-                copies[key] = {
-                    "variant": index,
-                    "axis": AXES[axis],
-                    "row": row,
-                    "minimum": min(ends),
-                    "maximum": max(ends),
-                }
-            if values:
-                is_on = operator.attrgetter(path)(each.controller)
-                switches[variant].append(Switch(name, is_on, values))
-    return switches, copies
-
-
-def _switched(controller: ControllerConfig, path: str, *, value: bool) -> ControllerConfig:
-    """Return a controller with a switch on or off."""
-    table, _, name = path.rpartition(".")
-    if not table:
-        return controller.model_copy(update={name: value})
-    inner = getattr(controller, table).model_copy(update={name: value})
-    return controller.model_copy(update={table: inner})

@@ -14,14 +14,12 @@ from numpy.typing import NDArray
 
 from motionlab.analysis.metrics import holds_within
 from motionlab.analysis.variant_comparison import RATIOS
-from motionlab.config.controller import GainsConfig
-from motionlab.config.fields import fields_of
 from motionlab.config.load import Epochs
 from motionlab.config.planar import AXES
 from motionlab.errors import MotionLabError
 from motionlab.kernel.build import LANES_PER_VARIANT, initial_state
 from motionlab.kernel.force_maps import map_digests
-from motionlab.kernel.layout import Inputs, parameter_row, reads_tables
+from motionlab.kernel.layout import Inputs, reads_tables
 from motionlab.kernel.own_tables import own_tables
 from motionlab.lanes import model_hash
 from motionlab.lanes.bank import TABLES
@@ -123,11 +121,6 @@ class LaneRun:
         return packed(head, list(arrays.values()), "<f8")
 
     @property
-    def copies(self) -> dict[str, dict[str, Any]]:
-        """The fields, by dotted path, that a change of copies into a row of lane parameters."""
-        return _copies(self.prepared)
-
-    @property
     def arrays(self) -> dict[str, Array]:
         """Its numbers, without those that are known."""
         named = {
@@ -149,7 +142,6 @@ class LaneRun:
             "windows": [_window(prepared, each) for each in windows],
             "segments": [windows.index(each) for each in inside],
             "ratios": RATIOS,
-            "copies": self.copies,
             "references": dict(
                 zip((each.name for each in REFERENCES), _reference_rows(prepared), strict=True)
             ),
@@ -263,35 +255,6 @@ def _hexadecimal(*values: object) -> str:
 
 _digest = cast("Callable[..., str]", functools.lru_cache(maxsize=16)(_hexadecimal))
 """Name some values, the same in every process."""
-
-
-_GAINS = {
-    name: (parameter_row(f"controller.{name}"), entry.bounds or {})
-    for name, entry in fields_of(GainsConfig).items()
-    if name in {"k_p", "k_d"}
-}
-"""Rows and ranges of fields that are lane parameters as they are, and that no other check reads."""
-
-
-def _copies(prepared: Prepared) -> dict[str, dict[str, Any]]:
-    """Return the fields, by dotted path, that a change of copies into a row of lane parameters."""
-    scheduled = [path for event in prepared.scenario.schedule for path in event.set]
-    paths = {
-        f"variants.{variant}.controller.{axis}.{name}": {
-            "variant": number,
-            "axis": axis,
-            "row": row,
-            **bounds,
-        }
-        for number, variant in enumerate(prepared.scenario.variants)
-        for axis in AXES
-        for name, (row, bounds) in _GAINS.items()
-    }
-    return {
-        path: place
-        for path, place in paths.items()
-        if not any(path == other or path.startswith(f"{other}.") for other in scheduled)
-    }
 
 
 def _window(prepared: Prepared, window: Window) -> dict[str, Any]:

@@ -25,6 +25,7 @@ import { fromAddress, load, save, setAddress } from './storage';
 import { Backoff } from './stream/stream-client';
 import { LinkWatch, type Watched } from './stream/link-watch.svelte';
 import { Undo } from './undo.svelte';
+import { LaneChanges } from './whatif/lane-changes';
 import { PageKernel } from './whatif/page-kernel';
 import { WhatIf } from './whatif/whatif.svelte';
 
@@ -43,7 +44,7 @@ export class Store {
   readonly metrics = new LiveMetrics(this.api, this.session);
   readonly refusals = new Refusals();
   /** The kernel in the page, which what-ifs share. */
-  readonly kernel = new PageKernel();
+  readonly kernel = new PageKernel(new LaneChanges(() => this.catalogue.resolved));
   readonly whatif = new WhatIf(
     this.api,
     (fields, detail) => this.refusals.take(fields, detail),

@@ -24,7 +24,6 @@ export function exampleLanes(): Lanes {
     ],
     segments: [0],
     ratios: ['itae'],
-    copies: { gain: { variant: 1, axis: 'y', row: 1, minimum: 0, maximum: 100 } },
     lanes: count(16),
     state: count(4),
     inputs: count(10),

@@ -1,7 +1,5 @@
 /** A what-if as numbers: the server's answer to POST /whatif/lanes. */
 
-import { AXES, LANES } from './module';
-
 const SPACE = 0x20;
 
 export type Axis = 'x' | 'y';
@@ -23,15 +21,6 @@ interface Place {
   shape: number[];
 }
 
-/** A field whose value is a parameter as it is. */
-export interface CopiedField {
-  variant: number;
-  axis: Axis;
-  row: number;
-  minimum: number;
-  maximum: number;
-}
-
 export interface LanesHead {
   result: Record<string, unknown>;
   how: 'whole' | 'window';
@@ -51,7 +40,6 @@ export interface LanesHead {
   segments: number[];
   /** Metrics that are compared. */
   ratios: string[];
-  copies: Record<string, CopiedField>;
 }
 
 export interface Lanes extends LanesHead {
@@ -83,30 +71,6 @@ export function readLanes(buffer: ArrayBuffer): LanesAnswer {
   const [lanes, state] = [view('lanes'), view('state')];
   if (!lanes || !state) throw new Error('lanes or state are missing');
   return { ...rest, lanes, state, inputs: view('inputs'), tables: view('tables') };
-}
-
-/**
- * Returns lane parameters with other values of copied fields; null where a field is no copy, or a value
- * is out of its range.
- */
-export function withFields(
-  { lanes, epochs, tabled, copies }: Lanes,
-  values: Iterable<readonly [path: string, value: unknown]>,
-): Float64Array | null {
-  const numbers = lanes.slice();
-  const variants = tabled.length;
-  const rows = numbers.length / (epochs.length * variants * LANES);
-  for (const [path, value] of values) {
-    const field = copies[path];
-    if (!field || typeof value !== 'number') return null;
-    const { variant, axis, row, minimum, maximum } = field;
-    if (!(value >= minimum && value <= maximum)) return null;
-    for (let epoch = 0; epoch < epochs.length; epoch++) {
-      const place = (epoch * variants + variant) * rows + row;
-      numbers[place * LANES + AXES.indexOf(axis)] = value;
-    }
-  }
-  return numbers;
 }
 
 /** Writes an answer as the server does. */

@@ -2,9 +2,9 @@
 
 import { runOf, sameRun } from '../app/whatif/run-request';
 import { Engine } from '../kernel/engine';
-import { type Lanes, withFields } from '../kernel/lanes';
 import { type Result, resultOf } from '../kernel/result';
 import type { Column, Curve, Inputs, Run, RunResult } from '../kernel/tasks';
+import { type ReportLanes, withFields } from './copied-fields';
 
 /** Most memory of a run, bytes. */
 const MOST = 64e6;
@@ -16,7 +16,7 @@ export class Experiment {
 
   constructor(
     module: WebAssembly.Module,
-    private readonly lanes: Lanes,
+    private readonly lanes: ReportLanes,
     inputs: Inputs,
   ) {
     this.engine = new Engine(module, MOST);

@@ -1,7 +1,8 @@
 /** What a report holds of its runs: the kernel's module and numbers, compressed, in base64. */
 
-import { type Lanes, readLanes } from '../kernel/lanes';
+import { readLanes } from '../kernel/lanes';
 import type { Inputs } from '../kernel/tasks';
+import type { ReportLanes } from './copied-fields';
 import { fromResiduals } from './predicted-rows';
 
 export async function moduleOf(text: string): Promise<WebAssembly.Module> {
@@ -12,9 +13,10 @@ export async function moduleOf(text: string): Promise<WebAssembly.Module> {
 export async function recordOf(
   text: string,
   before: Inputs | null,
-): Promise<{ lanes: Lanes; inputs: Inputs }> {
-  const lanes = readLanes(await inflated(text, 'deflate'));
-  if ('obstacle' in lanes) throw new Error(lanes.obstacle);
+): Promise<{ lanes: ReportLanes; inputs: Inputs }> {
+  const answer = readLanes(await inflated(text, 'deflate'));
+  if ('obstacle' in answer) throw new Error(answer.obstacle);
+  const lanes = answer as ReportLanes;
   const { references, first, stop, period, keys } = lanes;
   const shared = { key: keys.inputs, references, first, stop, period };
   const tables = lanes.tables ?? before?.tables ?? new Float64Array();
@@ -22,8 +24,7 @@ export async function recordOf(
     if (!before) throw new Error('the inputs of the run are missing');
     return { lanes, inputs: { ...shared, rows: before.rows, numbers: before.numbers, tables } };
   }
-  const { orders } = lanes as unknown as { orders: number[] };
-  const numbers = fromResiduals(orders, lanes.inputs);
+  const numbers = fromResiduals(lanes.orders, lanes.inputs);
   return { lanes, inputs: { ...shared, rows: lanes.rows, numbers, tables } };
 }
 

@@ -4,7 +4,7 @@ import type { Changes, Scenario, SessionInfo, Value } from './types';
 
 type Table = { [key: string]: Value };
 
-function isTable(value: unknown): value is Table {
+export function isTable(value: unknown): value is Table {
   return typeof value === 'object' && value !== null && !Array.isArray(value);
 }
 

@@ -1,6 +1,6 @@
 import { expect, it } from 'vitest';
 import { exampleLanes } from '../../kernel/example-lanes';
-import { Beyond } from './changed-lanes';
+import { Beyond } from '../whatif/changed-lanes';
 import { type Circle, withCircle } from './circle';
 
 const circle: Circle = {

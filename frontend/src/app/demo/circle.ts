@@ -3,7 +3,7 @@
 import type { Lanes } from '../../kernel/lanes';
 import { AXES, LANES } from '../../kernel/module';
 import type { ProblemField, Scenario } from '../api/types';
-import { Beyond } from './changed-lanes';
+import { Beyond } from '../whatif/changed-lanes';
 
 /** Of position, velocity and acceleration. */
 export const REFERENCE_ROWS = ['p_ref', 'v_ref', 'a_ref'] as const;

@@ -8,7 +8,8 @@ import type { Changes, Problem, Scenario, SessionInfo, Value } from '../api/type
 import { app } from '../store.svelte';
 import { recall } from '../session/kept-sessions';
 import { type Circle, infeasible, REFERENCE_ROWS, withCircle } from './circle';
-import { Beyond, changedLanes, type LaneCode, outOfRange, Refused } from './changed-lanes';
+import { Beyond, changedLanes, type LaneCode } from '../whatif/changed-lanes';
+import { outOfRange, Refused } from '../whatif/refused-changes';
 import { NEEDS_SERVER } from './demo-mode';
 import { readPacked } from './packed-inputs';
 import type { SpectrumRequest } from './spectrum';
@@ -51,7 +52,7 @@ export class DemoServer {
   static async open(folder: string): Promise<DemoServer> {
     const [answers, code] = await Promise.all([
       unzipped(`${folder}answers.bin`).then((file) => file.json() as Promise<Answers>),
-      import(/* @vite-ignore */ `${folder}lanes.js`) as Promise<LaneCode>,
+      import('../../../lanes.js'),
     ]);
     return new DemoServer(folder, answers, code);
   }
@@ -117,7 +118,7 @@ export class DemoServer {
       };
       return new Response(packLanes(answer));
     } catch (error) {
-      if (error instanceof Refused) return problem(422, error.message, error.fields);
+      if (error instanceof Refused) return problem(422, error.message, error.problem.errors);
       if (error instanceof Beyond) return problem(501, `${error.message}. ${NEEDS_SERVER}`);
       throw error;
     }

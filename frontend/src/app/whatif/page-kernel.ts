@@ -9,7 +9,7 @@ import type { Api } from '../api/client';
 import type { Preview } from '../api/curves-answer';
 import { equal } from '../api/scenario-paths';
 import type { Metrics } from '../api/types';
-import { type Checked, copiedLanes } from './copied-lanes';
+import type { Known, LaneChanges, Numbers } from './lane-changes';
 import { binsOf, ofVariant, placesOf, runOf, sameRun, sourceOf } from './run-request';
 import type { Question } from './whatif.svelte';
 
@@ -20,7 +20,7 @@ const AGAIN = 5000;
 export class Obstacle extends Error {}
 
 /** A question that the server answered with an obstacle, and when. */
-interface Beyond {
+interface OnlyServer {
   question: Question;
   range: Range | null;
   obstacle: string;
@@ -34,28 +34,26 @@ interface Latest {
   runs: readonly { run: Run; result: RunResult }[];
 }
 
-/** Inputs by the keys that the server knows them by. */
-interface Known extends Inputs {
-  keys: Lanes['keys'];
-}
-
 export class PageKernel {
   private crew: Promise<Crew> | null = null;
   /** Whether the crew is in place of one that ended, and has not answered yet. */
   private second = false;
   private inputs: Known | null = null;
-  private checked: Checked | null = null;
   private latest: Latest | null = null;
-  private beyond: Beyond | null = null;
+  private onlyServer: OnlyServer | null = null;
   /** Ends with the last run or reading: one at a time, as the workers have one run's samples. */
   private last: Promise<unknown> = Promise.resolve();
 
-  constructor(private readonly open = Crew.open) {}
+  /** @param changes makes lanes without the server, where it can */
+  constructor(
+    private readonly changes: LaneChanges,
+    private readonly open = Crew.open,
+  ) {}
 
   /**
    * Runs a question; curves of a stretch of time, or of the window, in so many bins at most.
    *
-   * @throws Obstacle where the server has to run it, ApiError where the server refuses it
+   * @throws Obstacle where the server has to run it, Refused where it will refuse it, ApiError where it has
    */
   run(
     api: Pick<Api, 'whatifLanes'>,
@@ -76,8 +74,8 @@ export class PageKernel {
   ): Promise<Preview> {
     const crew = await this.crewOf();
     if (question.columns.some(isMath)) throw new Obstacle('math channels are computed there');
-    const copied = this.checked && copiedLanes(this.checked, question, range);
-    const { lanes, inputs } = copied ?? (await this.check(api, crew, question, range, signal));
+    const changed = await this.changes.lanesOf(question, range);
+    const { lanes, inputs } = changed ?? (await this.check(api, crew, question, range, signal));
     const variants = Object.keys(lanes.windows[0]?.variants ?? {});
     const places = placesOf(question.columns, variants);
     const bins = binsOf(lanes, range, points);
@@ -107,17 +105,17 @@ export class PageKernel {
     question: Question,
     range: Range | null,
     signal: AbortSignal,
-  ): Promise<Checked> {
+  ): Promise<Numbers> {
     const { scenario, set } = question;
-    if (this.beyond && resembles(this.beyond, question, range)) {
-      throw new Obstacle(this.beyond.obstacle);
+    if (this.onlyServer && resembles(this.onlyServer, question, range)) {
+      throw new Obstacle(this.onlyServer.obstacle);
     }
     const stretch = range ? { start: range.from, end: range.to } : {};
     const known = this.inputs?.keys ?? { inputs: '', tables: '' };
     const buffer = await api.whatifLanes({ scenario, set, ...stretch, ...known }, signal);
     const lanes = readLanes(buffer);
     if ('obstacle' in lanes) {
-      this.beyond = { question, range, obstacle: lanes.obstacle, time: performance.now() };
+      this.onlyServer = { question, range, obstacle: lanes.obstacle, time: performance.now() };
       throw new Obstacle(lanes.obstacle);
     }
     if (lanes.result.model !== crew.about.model) {
@@ -129,8 +127,9 @@ export class PageKernel {
       await this.crew;
     }
     const inputs = (this.inputs = this.inputsOf(lanes));
-    this.checked = { question, lanes: { ...lanes, inputs: null, tables: null }, inputs };
-    return this.checked;
+    const numbers = { lanes: { ...lanes, inputs: null, tables: null }, inputs };
+    this.changes.take(question, numbers);
+    return numbers;
   }
 
   /** Reads every sample of a stretch, in bins, of a question that was the last to run; else null. */
@@ -224,7 +223,7 @@ export class PageKernel {
 }
 
 /** Whether a question has the same changed fields as one beyond the page a moment ago. */
-function resembles({ question, range, time }: Beyond, other: Question, stretch: Range | null) {
+function resembles({ question, range, time }: OnlyServer, other: Question, stretch: Range | null) {
   if (performance.now() - time > AGAIN) return false;
   const paths = ({ set }: Question) => Object.keys(set).sort();
   return (

@@ -4,6 +4,7 @@ import { readAnswer } from '../api/curves-answer';
 import { ApiError, type Api } from '../api/client';
 import type { Scenario } from '../api/types';
 import { Obstacle, type PageKernel } from './page-kernel';
+import { Refused } from './refused-changes';
 import { WhatIf } from './whatif.svelte';
 
 vi.mock('../api/curves-answer', () => ({ readAnswer: vi.fn() }));
@@ -95,6 +96,19 @@ it('a refused change keeps the curves and asks for no exact result', async () =>
   expect([begin(whatif), whatif.standing, whatif.reason]).toEqual([1, 'failed', 'out of range']);
   expect(refused).toHaveBeenLastCalledWith([], 'out of range');
   expect(requests).toEqual([]);
+});
+
+it('the server is asked about what the page alone refuses', async () => {
+  const { whatif, requests, refused } = whatIfOf(() =>
+    Promise.reject(new Refused([{ loc: 'k_p', message: 'is out of range' }])),
+  );
+  whatif.ask(question(2));
+  await vi.advanceTimersByTimeAsync(20);
+  expect([whatif.standing, requests]).toEqual(['failed', []]);
+  expect(refused.mock.lastCall?.[0]).toMatchObject([{ loc: 'k_p' }]);
+  await vi.advanceTimersByTimeAsync(1000);
+  expect([begin(whatif), whatif.standing, requests]).toEqual([-2, 'exact', [true]]);
+  expect(refused).toHaveBeenLastCalledWith([], '');
 });
 
 it('a stretch looked at during a preview is drawn from the samples in the page', async () => {

@@ -9,6 +9,7 @@ import { within, SeenCurves } from '../runs/run-range';
 import { Backoff } from '../stream/stream-client';
 import { type Preview, readAnswer } from '../api/curves-answer';
 import type { PageKernel } from './page-kernel';
+import { Refused } from './refused-changes';
 
 /** Bins of each curve while a control moves: more than a scope has pixels, and no more to carry. */
 const COARSE = 1000;
@@ -249,10 +250,8 @@ export class WhatIf {
       const exact = what !== 'preview';
       const buffer = await this.api.whatif({ ...question, ...stretch, points, exact }, signal);
       const answer = { ...readAnswer(buffer), question };
-      if (what === 'part') {
-        if (question === this.whole?.question) this.keep(answer);
-        return;
-      }
+      const known = question === this.whole?.question;
+      if (what === 'part') return known ? this.keep(answer) : undefined;
       if (turn < this.shown) return; // the page has shown a later one
       this.show(answer, turn);
       if (exact) this.settle(answer);
@@ -280,10 +279,11 @@ export class WhatIf {
   private fail(error: unknown): void {
     this.standing = 'failed';
     this.reason = errorText(error);
-    if (this.rest !== null) clearTimeout(this.rest);
+    this.refused(error instanceof ApiError ? error.problem.errors : [], this.reason);
+    // The server is asked about what the page alone refuses.
+    if (this.rest === null || error instanceof Refused) return;
+    clearTimeout(this.rest);
     this.rest = null;
-    if (error instanceof ApiError) this.refused(error.problem.errors, error.message);
-    else this.refused([], errorText(error));
   }
 }
 

@@ -1,0 +1,24 @@
+/** Lane parameters of a scenario: what `make` generates from the functions of the server. */
+
+import type { Scenario } from './src/app/api/types';
+
+/** Hash of the model's sources. */
+export const MODEL: string;
+/** Names of the rows. */
+export const PARAMETERS: readonly string[];
+export const STATES: readonly string[];
+export const LEAST_NORM: number;
+export const PLANT_STEP: number;
+
+export interface Refusal {
+  parameter: string;
+  value: number;
+  reason: string;
+  limit: number;
+}
+
+/** Lane parameters of one axis of a variant; undefined where a table decides. */
+export function rows(scenario: Scenario, variant: string, axis: string): (number | undefined)[];
+
+/** Why a law is unstable by itself with an axis of the model. */
+export function refusal(compensation: object, model: object): Refusal | null;
