@@ -9,7 +9,7 @@ import type { Api } from '../api/client';
 import type { Preview } from '../api/curves-answer';
 import { equal } from '../api/scenario-paths';
 import type { Metrics } from '../api/types';
-import type { Known, LaneChanges, Numbers } from './lane-changes';
+import { type Known, LaneChanges, type Numbers } from './lane-changes';
 import { binsOf, ofVariant, placesOf, runOf, sameRun, sourceOf } from './run-request';
 import type { Question } from './whatif.svelte';
 
@@ -46,7 +46,7 @@ export class PageKernel {
 
   /** @param changes makes lanes without the server, where it can */
   constructor(
-    private readonly changes: LaneChanges,
+    private readonly changes = new LaneChanges(),
     private readonly open = Crew.open,
   ) {}
 
