@@ -100,12 +100,15 @@ def previewed(page: Page, variant: str) -> dict[str, Any]:
     return page.evaluate(f"window.answers['{variant}']")["windows"][0]["axes"]
 
 
-def agree(axes: dict[str, Any], scenario: str, changes: dict[str, Any], variant: str) -> None:
-    """Check the metrics of the page against those of the compiled kernel here."""
+def metrics_of(scenario: str, changes: dict[str, Any], variant: str) -> dict[str, Any]:
     tables = load_scenario(scenario).model_dump(mode="json")
     prepared = prepare(validate(apply_changes(tables, changes)))
-    exact = document(prepared, run(prepared))["variants"][variant]["axes"]
-    for axis, metrics in exact.items():
+    return document(prepared, run(prepared))["variants"][variant]["axes"]
+
+
+def agree(axes: dict[str, Any], scenario: str, changes: dict[str, Any], variant: str) -> None:
+    """Check the metrics of the page against those of the compiled kernel here."""
+    for axis, metrics in metrics_of(scenario, changes, variant).items():
         for name in (MAX, RMS, "max_abs_position_error"):
             assert abs(axes[axis][name] - metrics[name]) <= COUNT, (axis, name)
 
@@ -164,6 +167,24 @@ def test_another_circle_is_sampled_in_the_page(demo: Page, host: Host) -> None:
     problem = demo.get_by_text("position of x exceeds the motor's", exact=False)
     expect(problem.first).to_be_visible()
     agree(previewed(demo, "B"), "circle", changes, "B")
+
+
+def test_other_motions_are_sampled_in_the_page(demo: Page, host: Host) -> None:
+    opened(demo, host)
+    scenarios = demo.get_by_role("combobox", name="Scenario", exact=True)
+    for scenario, label, shown, path, value in (
+        ("rhombus", "frequency, Hz", "0.5", "frequency", 0.5),
+        ("stair-y-50mm", "max speed, mm/s", "120", "v_max", 0.12),
+    ):
+        scenarios.select_option(scenario)
+        demo.wait_for_timeout(500)
+        computed(demo)
+        before = demo.evaluate("window.answers.B.windows[0]")
+        set_field(demo, label, shown)
+        demo.wait_for_function("(old) => window.answers.B.windows[0] !== old", arg=before)
+        demo.wait_for_timeout(500)
+        computed(demo)
+        agree(previewed(demo, "B"), scenario, {f"trajectory.{path}": value}, "B")
 
 
 def test_ballbar_and_spectrum_are_of_what_is_shown(demo: Page, host: Host) -> None:

@@ -20,7 +20,6 @@ from motionlab.kernel.build import lane
 from motionlab.kernel.layout import PARAMETERS, column
 from motionlab.lanes import model_hash
 from motionlab.lanes.bank import TABLES
-from motionlab.targets.javascript import Translator, UntranslatableError
 from motionlab.targets.lane_code import lane_code
 from tests.paths import ROOT
 
@@ -118,16 +117,3 @@ def test_the_page_makes_the_lanes_that_the_kernel_runs(tmp_path: Path) -> None:
                         assert float(value) == close, (scenario.name, path)
     assert len(laws) == 6
     assert not any(any(axes) for variants in answer["refused"] for axes in variants)
-
-
-def unsupported(value: float) -> float:
-    total = 0.0
-    for _ in range(3):
-        total += value
-    return total
-
-
-def test_what_cannot_be_translated_names_its_function() -> None:
-    translator = Translator(replaced={}, constants={}, methods={})
-    with pytest.raises(UntranslatableError, match="unsupported: 'for"):
-        translator.name(unsupported)

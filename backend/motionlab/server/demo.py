@@ -24,6 +24,7 @@ from motionlab.server.settings import Settings
 from motionlab.simulation.lane_run import Known, lane_run
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.whatif import Extent, beginning
+from motionlab.targets.motion_code import motion_code
 from motionlab.telemetry.channels import stream_columns
 
 _LEFT_OUT = ("docs.html", "docs-", "swagger")
@@ -168,6 +169,7 @@ def _data_files() -> dict[str, bytes]:
     files = {"answers.bin": _zipped(json.dumps(_answers()).encode())}
     for name in names("scenarios"):
         files[f"{name}.bin"] = _zipped(_lanes(name))
+    files["motions.js"] = motion_code().encode()
     return files
 
 

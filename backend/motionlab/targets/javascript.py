@@ -1,8 +1,9 @@
-"""Plain Python functions as JavaScript: what makes lane parameters of a config, for the page.
+"""Plain Python functions as JavaScript: lane parameters of a config, motions by tick.
 
 The functions are translated from their source, not run, so both sides of a branch are there. What
-they may contain is arithmetic, branches, records of numbers and calls of one another; anything
-else raises `UntranslatableError`, naming the function.
+they may contain is arithmetic, branches, loops over ranges, records of numbers, arrays of one or
+two axes and calls of one another; anything else raises `UntranslatableError`, naming the function.
+A function of NumPy on all elements of an array becomes one of a single number.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from motionlab.errors import MotionLabError
+from motionlab.targets.javascript_arrays import element, of_numpy
 
 _BINARY = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.Pow: "**"}
 _COMPARE = {
@@ -32,7 +34,10 @@ _COMPARE = {
     ast.Gt: ">",
     ast.GtE: ">=",
 }
-_BUILTINS = {"abs": "Math.abs", "min": "Math.min", "max": "Math.max", "float": "Number"}
+_BUILTINS = {name: f"Math.{name}" for name in ("abs", "min", "max")} | {
+    "float": "Number",
+    "round": "halfEven",
+}
 _RESERVED = {"default", "delete", "function", "new", "switch", "this", "var", "void"}
 _ITSELF = {"model_dump", "values"}
 """Methods that give the fields of a config: a config is plain JSON here."""
@@ -72,6 +77,7 @@ class Translator:
         """Return the JavaScript name of a function, which is translated if it has not been yet."""
         if function in self.replaced:
             return self.replaced[function]
+        function = inspect.unwrap(function)  # of what is compiled
         if function not in self._names:
             module = function.__module__.rpartition(".")[2]
             self._names[function] = f"{module}_{function.__qualname__.replace('.', '_')}"
@@ -117,14 +123,28 @@ class _Function:
     def block(self, statements: list[ast.stmt]) -> str:
         return "{\n" + "".join(self.statement(each) for each in statements) + "}\n"
 
-    def statement(self, node: ast.stmt) -> str:
+    def statement(self, node: ast.stmt) -> str:  # noqa: PLR0911 - one case a construct
         match node:
             case ast.Expr(ast.Constant(str())):
                 return ""
-            case ast.Assign([target], value):
-                return f"var {self.target(target)} = {self.expression(value)};\n"
+            case ast.Assign(targets, value):
+                assigned = self.expression(value)
+                return "".join(f"{self.target(each)} = {assigned};\n" for each in targets)
+            case ast.AugAssign(target, op, value) if type(op) in _BINARY:
+                left = self.expression(target)
+                return f"{left} = {left} {_BINARY[type(op)]} {self.expression(value)};\n"
             case ast.AnnAssign(target=target, value=ast.expr() as value):
-                return f"var {self.target(target)} = {self.expression(value)};\n"
+                return f"{self.target(target)} = {self.expression(value)};\n"
+            case ast.Assert():
+                return ""
+            case ast.Expr(ast.Call() as call):
+                return f"{self.call(call)};\n"
+            case ast.For(ast.Name(name), ast.Call(ast.Name("range"), limits), body, []):
+                start, stop = ("0", *(self.expression(each) for each in limits))[-2:]
+                self.local.add(name)
+                return f"for (var {name} = {start}; {name} < {stop}; {name}++) {self.block(body)}"
+            case ast.While(test, body, []):
+                return f"while ({self.expression(test)}) {self.block(body)}"
             case ast.Return(value):
                 return f"return {'null' if value is None else self.expression(value)};\n"
             case ast.If(test, body, orelse):
@@ -133,12 +153,17 @@ class _Function:
         raise self.refusal(node)
 
     def target(self, node: ast.expr) -> str:
+        """Return what is assigned to: names, which it declares, or elements of arrays."""
         match node:
             case ast.Name(name):
                 self.local.add(name)
-                return _safe(name)
+                return f"var {_safe(name)}"
+            case ast.Subscript():
+                return self.expression(node)
+            case ast.Tuple(parts) if all(isinstance(each, ast.Subscript) for each in parts):
+                return self.expression(node)
             case ast.Tuple(parts):
-                return f"[{', '.join(self.target(each) for each in parts)}]"
+                return f"var [{', '.join(self.target(each)[4:] for each in parts)}]"
         raise self.refusal(node)
 
     def expression(self, node: ast.expr) -> str:  # noqa: PLR0911, PLR0912 - one case a construct
@@ -147,6 +172,8 @@ class _Function:
                 return _literal(value)
             case ast.Name(name):
                 return _safe(name) if name in self.local else self.constant(node, name)
+            case ast.BinOp(left, ast.FloorDiv(), right):
+                return f"Math.floor({self.expression(left)} / {self.expression(right)})"
             case ast.BinOp(left, op, right) if type(op) in _BINARY:
                 sides = (self.expression(left), self.expression(right))
                 return f"({sides[0]} {_BINARY[type(op)]} {sides[1]})"
@@ -157,9 +184,10 @@ class _Function:
             case ast.BoolOp(op, values):
                 sign = " && " if isinstance(op, ast.And) else " || "
                 return f"({sign.join(self.expression(each) for each in values)})"
-            case ast.Compare(left, [op], [right]) if type(op) in _COMPARE:
-                sides = (self.expression(left), self.expression(right))
-                return f"({sides[0]} {_COMPARE[type(op)]} {sides[1]})"
+            case ast.Compare(left, ops, rights) if all(type(op) in _COMPARE for op in ops):
+                sides = [self.expression(each) for each in (left, *rights)]
+                pairs = zip(sides, ops, sides[1:], strict=False)
+                return f"({' && '.join(f'{a} {_COMPARE[type(op)]} {b}' for a, op, b in pairs)})"
             case ast.IfExp(test, body, orelse):
                 parts = (self.expression(each) for each in (test, body, orelse))
                 return "({} ? {} : {})".format(*parts)
@@ -168,7 +196,7 @@ class _Function:
             case ast.Starred(value):
                 return f"...{self.expression(value)}"
             case ast.Subscript(value, key):
-                return f"{self.expression(value)}[{self.expression(key)}]"
+                return element(self.expression(value), key, self.expression)
             case ast.Attribute(ast.Name("math" | "np"), "inf"):
                 return "Infinity"
             case ast.Attribute(ast.Name("math"), name):
@@ -206,6 +234,13 @@ class _Function:
         match node:
             case ast.Call(ast.Name("getattr"), [value, name]):
                 return f"{self.expression(value)}[{self.expression(name)}]"
+            case ast.Call(ast.Name("len"), [value], []):
+                return f"{self.expression(value)}.length"
+            case ast.Call(ast.Attribute(ast.Name("np"), name)):
+                if text := of_numpy(node, name, self.expression):
+                    return text
+            case ast.Call(ast.Attribute(value, "astype"), [_]):
+                return self.expression(value)
             case ast.Call(ast.Name(name), [value], []) if name in _BUILTINS:
                 return f"{_BUILTINS[name]}({self.expression(value)})"
             case ast.Call(ast.Name("min" | "max" as name), values, []):
@@ -226,6 +261,7 @@ class _Function:
         self, node: ast.Call, callee: Any, positional: list[ast.expr], keywords: list[ast.keyword]
     ) -> str:
         """Return a call of a function, or a record, whose fields have the order of its class."""
+        callee = inspect.unwrap(callee) if callable(callee) else callee
         record = hasattr(callee, "_fields") or dataclasses.is_dataclass(callee)
         if not callable(callee) or not (record or isinstance(callee, FunctionType)):
             raise self.refusal(node)
@@ -259,6 +295,8 @@ def _literal(value: Any) -> str:
     if hasattr(value, "_fields"):
         fields = (f"{name}: {_literal(each)}" for name, each in value._asdict().items())
         return f"{{{', '.join(fields)}}}"
+    if isinstance(value, np.ndarray):
+        return json.dumps(value.tolist())
     if isinstance(value, (float, np.floating)) and math.isinf(value):
         return "Infinity" if value > 0.0 else "-Infinity"
     return json.dumps(value)

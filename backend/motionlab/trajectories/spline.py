@@ -354,15 +354,14 @@ def _follow(  # noqa: PLR0913, PLR0917 - the tables of a spline
             rest[k] = rise
             u[k] = start[k] + r * (a + r * (3.0 * rise - 2.0 * a - b + r * (a + b - 2.0 * rise)))
             k += 1
-        here = slice(first, k)
         # One step of Newton: near a narrow bend the cubic alone is off by some thousandths.
-        arcs, slopes = _arcs(cubic[:, edge], start[here], u[here])
+        arcs, slopes = _arcs(cubic[:, edge], start[first:k], u[first:k])
         for j in range(first, k):
             if slopes[j - first] > slowest:
                 off = arc_lengths[node[j]] + arcs[j - first] - q[j]
                 last = start[j] + rest[j]
                 u[j] = min(max(u[j] - off / slopes[j - first], start[j]), last)
-        _bent(cubic[:, edge], u[here], slowest, place[here], tangent[here], bend[here])
+        _bent(cubic[:, edge], u[first:k], slowest, place[first:k], tangent[first:k], bend[first:k])
     return place, tangent, bend
 
 

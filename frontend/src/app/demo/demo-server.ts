@@ -7,10 +7,11 @@ import type { Channel } from '../../plot/source';
 import type { Changes, Problem, Scenario, SessionInfo, Value } from '../api/types';
 import { app } from '../store.svelte';
 import { recall } from '../session/kept-sessions';
-import { type Circle, infeasible, REFERENCE_ROWS, withCircle } from './circle';
 import { Beyond, changedLanes, type LaneCode } from '../whatif/changed-lanes';
 import { outOfRange, Refused } from '../whatif/refused-changes';
 import { NEEDS_SERVER } from './demo-mode';
+import type { MotionCode } from './motion-code';
+import type { Moved } from './moved-lanes';
 import { readPacked } from './packed-inputs';
 import type { SpectrumRequest } from './spectrum';
 
@@ -40,8 +41,9 @@ async function unzipped(url: string): Promise<Response> {
 
 export class DemoServer {
   private readonly lanes = new Map<string, Promise<Lanes>>();
-  /** The latest circle that is no shipped one. */
-  private circle: { lanes: Lanes; trajectory: Circle; moved: Lanes } | null = null;
+  /** The latest motion that is no shipped one. */
+  private motion: (Moved & { of: Lanes; trajectory: Scenario['trajectory'] }) | null = null;
+  private motionCode: Promise<MotionCode> | null = null;
 
   private constructor(
     private readonly folder: string,
@@ -107,7 +109,7 @@ export class DemoServer {
     const lanes = await this.lanesOf(scenario.name);
     try {
       const whole = withChanges(scenario, set, this.parts);
-      const moved = this.moved(lanes, shipped, whole);
+      const moved = await this.moved(lanes, shipped, whole);
       const { trajectory } = moved ? whole : shipped;
       const base = moved ?? lanes;
       const changed = changedLanes(this.code, base, { ...shipped, trajectory }, whole);
@@ -124,24 +126,37 @@ export class DemoServer {
     }
   }
 
-  /** The lanes of another circle than the shipped one; null where the motion is the shipped one. */
-  private moved(lanes: Lanes, shipped: Scenario, { trajectory, plant }: Scenario): Lanes | null {
-    if (equal(shipped.trajectory, trajectory) || !isCircle(trajectory)) return null;
-    const known = this.circle;
-    if (known && known.lanes === lanes && equal(known.trajectory, trajectory)) {
-      refuseInfeasible(known.moved, plant);
-      return known.moved;
-    }
+  /** The lanes of another motion than the shipped one; null where it is the shipped one. */
+  private async moved(
+    lanes: Lanes,
+    shipped: Scenario,
+    { trajectory, plant, schedule, window }: Scenario,
+  ): Promise<Lanes | null> {
+    if (equal(shipped.trajectory, trajectory)) return null;
+    const { REFERENCE_ROWS, withMotion } = await import('./moved-lanes');
+    const { infeasible } = await import('./reference');
     const references = lanes.rows.every(([row]) => REFERENCE_ROWS.some((name) => name === row));
-    if (!references || shipped.schedule.length > 0 || shipped.window) return null;
-    const problems = ['radius', 'frequency', 'laps', 'lead_in', 'start_angle'].flatMap((name) =>
-      outOfRange(`trajectory.${name}`, trajectory[name as keyof Circle] as Value),
+    // What depends on the times of the shipped motion.
+    if (!references || schedule.length > 0 || window) return null;
+    const problems = Object.entries(trajectory).flatMap(([name, value]) =>
+      outOfRange(`trajectory.${name}`, value as Value),
     );
     if (problems.length > 0) throw new Refused(problems);
-    const moved = withCircle(lanes, trajectory, this.code.STATES.indexOf('plant.p'));
-    refuseInfeasible(moved, plant);
-    this.circle = { lanes, trajectory, moved };
-    return moved;
+    this.motionCode ??= import(/* @vite-ignore */ `${this.folder}motions.js`);
+    const code = await this.motionCode;
+    const known = this.motion;
+    const motion =
+      known && known.of === lanes && equal(known.trajectory, trajectory)
+        ? known
+        : { of: lanes, trajectory, ...withMotion(code, lanes, trajectory, this.startRow) };
+    this.motion = motion;
+    const beyond = infeasible(code, motion.reference, plant);
+    if (beyond.length > 0) throw new Refused(beyond);
+    return motion.lanes;
+  }
+
+  private get startRow(): number {
+    return this.code.STATES.indexOf('plant.p');
   }
 
   private lanesOf(name: string): Promise<Lanes> {
@@ -154,17 +169,6 @@ export class DemoServer {
     lanes.catch(() => this.lanes.delete(name));
     return lanes;
   }
-}
-
-/** A circle that the page samples: one that is not eased back to rest. */
-function isCircle(trajectory: unknown): trajectory is Circle {
-  const { kind, for_ever } = trajectory as Circle;
-  return kind === 'circle' && for_ever;
-}
-
-function refuseInfeasible(moved: Lanes, plant: Scenario['plant']): void {
-  const problems = infeasible(moved, plant);
-  if (problems.length > 0) throw new Refused(problems);
 }
 
 /** Computed by what is loaded once it is asked for. */
