@@ -79,7 +79,8 @@ function atConstantSpeed(
 ): Plan {
   const length = marks.at(-1) as number;
   const whole = length * config.laps;
-  let [lap, ramp] = [0, 0];
+  let lap: number;
+  let ramp: number;
   if (typeof config.lap_time === 'number') {
     lap = code.whole_ticks(config.lap_time);
     ramp = Math.max(1, Math.floor(lap / 2));

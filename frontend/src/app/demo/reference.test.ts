@@ -1,5 +1,6 @@
 import { describe, expect, it } from 'vitest';
 import fixture from '../../../../tests/fixtures/demo-motions.json';
+// @ts-expect-error: generated JavaScript has no types
 import * as generated from '../../../../tests/fixtures/motions.js';
 import { exampleLanes } from '../../kernel/example-lanes';
 import type { Scenario } from '../api/types';
