@@ -42,7 +42,7 @@ MODULE_SOURCES := $(shell find $(addprefix backend/motionlab/,analysis/contourin
 # What makes lane parameters of a scenario, for the page: functions of the server, translated.
 LANE_CODE := frontend/lanes.js
 LANE_SOURCES := $(shell find $(addprefix backend/motionlab/,config/plant.py control force_sharing kernel \
-	lanes laws plant targets/javascript.py targets/lane_code.py timing.py) -type f ! -path '*/__pycache__/*')
+	lanes laws plant targets/javascript*.py targets/lane_code.py timing.py) -type f ! -path '*/__pycache__/*')
 HELP := build/help/index.html
 HELP_SOURCES := README.md $(shell find docs backend/motionlab configs -type f ! -name '*.py[cod]' ! -name '*.nb[ci]')
 LINT_STAMP := .venv/lint-$(HERE)
