@@ -7,7 +7,7 @@ export const MODEL: string;
 /** Names of the rows. */
 export const PARAMETERS: readonly string[];
 export const STATES: readonly string[];
-export const LEAST_NORM: number;
+export const CLOSED_FORM: number;
 export const PLANT_STEP: number;
 
 export interface Refusal {

@@ -69,7 +69,7 @@ def test_choices_are_all_that_the_field_takes() -> None:
         assert sorted(each.value for each in choices) == sorted(enum)
         assert all(each.label and each.description for each in choices)
     overlap = FIELDS["variants.*.controller.sharing.overlap"]
-    assert overlap.used_with == ["sine", "cubic"]
+    assert overlap.used_with == ["cubic", "sine"]
 
 
 def test_requests_have_the_defaults_of_their_models() -> None:

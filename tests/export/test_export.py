@@ -72,7 +72,7 @@ def test_tables_compile_and_agree(tabled: Path) -> None:
     places = re.findall(r"/\* from (\d+): (\w+)", tables)
     assert [quantity for _, quantity in places] == ["thrust", "current", "share"]
     parameters = (tabled / "psrm_parameters.c").read_text()
-    for field, (place, _) in zip(("thrust", "inverse", "shares"), places, strict=True):
+    for field, (place, _) in zip(("thrust", "inverse", "table"), places, strict=True):
         assert parameters.count(f".{field} = {place}.0,") == 2  # x and y read the same
 
 

@@ -11,10 +11,11 @@ from scipy.optimize import minimize
 
 from motionlab.config.controller import SharingConfig, SharingLaw
 from motionlab.config.force_map import TableMapConfig
-from motionlab.force_sharing.functions import FORCE_PER_AMPERE, ForceModel, SharingFunction
+from motionlab.force_sharing.functions import FUNCTIONS, SharingParameters, function_number
 from motionlab.force_sharing.pole_pitch import Shared, forces_over, share_over
 from motionlab.force_sharing.ripple import reachable_over, ripple, share_over_pitch
-from motionlab.kernel.force_maps import force_model, law_number
+from motionlab.force_sharing.share import ForceModel, Sharing
+from motionlab.kernel.force_maps import force_model
 from motionlab.motor_design.kept_maps import named_map
 from motionlab.plant.magnetics import AnalyticMap
 from motionlab.plant.table_map import ANALYTIC, MotorMap
@@ -23,7 +24,6 @@ from motionlab.studies.sharing.map_fit import fit_analytic
 Array = NDArray[np.float64]
 
 TAU = 7.2e-3
-LAWS: tuple[SharingLaw, ...] = ("least-norm", "force-per-ampere", "sine", "cubic")
 NOMINAL = AnalyticMap(TAU, 0.0, 34.1, 380.1, 10.0, 5.5, 0.0, 0.0)
 SKEWED = AnalyticMap(TAU, 2e-4, 38.4, 427.4, 10.0, 4.0, 0.05, 0.039)
 LINEAR = AnalyticMap(TAU, 0.0, 34.1, 380.1, 10.0, 1000.0, 0.0, 0.0)
@@ -33,8 +33,8 @@ OPTIMUM = {"formula": (1e-9, 1e-9), "table": (0.015, 1e-3)}
 
 
 def analytic(force_map: AnalyticMap, law: SharingLaw, overlap: float = 1 / 6) -> ForceModel:
-    sharing = SharingFunction(law_number(law), overlap, -1.0, -1.0, 10.0)
-    return ForceModel(MotorMap(force_map, ANALYTIC), sharing)
+    sharing = Sharing(function_number(law), -1.0, -1.0, 10.0)
+    return ForceModel(MotorMap(force_map, ANALYTIC), sharing, SharingParameters(overlap))
 
 
 def tabled(name: str, law: SharingLaw) -> ForceModel:
@@ -51,7 +51,7 @@ def share(model: ForceModel, position: Array, force: Array | float, limit: float
 
 @given(
     force_map=st.sampled_from([NOMINAL, SKEWED, LINEAR]),
-    law=st.sampled_from(LAWS),
+    law=st.sampled_from(list(FUNCTIONS)),
     overlap=st.floats(0.005, 1 / 6),
     force=st.floats(-45.0, 45.0),
     limit=st.floats(1.0, 10.0),
@@ -70,7 +70,7 @@ def test_currents_stay_in_their_limits_and_give_the_force(
     assert (np.abs(shared.force) <= abs(force) * (1.0 + 1e-9)).all()
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", FUNCTIONS)
 @pytest.mark.parametrize("name", ["new-design", "previous-design"])
 def test_what_is_out_of_reach_is_told(name: str, law: SharingLaw) -> None:
     model = tabled(name, law)
@@ -99,7 +99,7 @@ def test_linear_up_to() -> None:
     """What the documentation prints for the nominal motor."""
     found = {
         law: reachable_over(analytic(NOMINAL, law), position=EVERYWHERE, forward=True).min()
-        for law in LAWS
+        for law in FUNCTIONS
     }
     expected = {"least-norm": 27.30, "force-per-ampere": 29.53, "sine": 27.99, "cubic": 28.21}
     assert found == pytest.approx(expected, abs=0.01)
@@ -178,7 +178,6 @@ def test_what_one_phase_cannot_give_another_does() -> None:
     assert whole.force == pytest.approx(reach, rel=1e-6)
     at_limit = np.isclose(whole.current, 10.0, rtol=1e-9)
     assert (at_limit | (whole.current < 1e-6)).all()
-    assert model.sharing.law == FORCE_PER_AMPERE
 
 
 @pytest.mark.parametrize("law", ["least-norm", "sine", "cubic"])

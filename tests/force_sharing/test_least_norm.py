@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from motionlab.force_sharing.least_norm import share_force
+from motionlab.force_sharing.functions.least_norm import share_in_closed_form
 from motionlab.lanes import WIDTH, Lanes, pack, select, unpack
 from motionlab.plant.magnetics import AnalyticMap, thrust
 
@@ -48,7 +48,7 @@ class Answer(NamedTuple):
 def _share(force_map: Array, query: Array, answer: Array) -> None:
     m = unpack(AnalyticMap, force_map, 0)
     q = unpack(Query, query, 0)
-    share = share_force(m, q.current_limit, q.position, q.force)
+    share = share_in_closed_form(m, q.current_limit, q.position, q.force)
     given_thrust = thrust(m, q.position, share.current)
     i = share.current
     limited = select(share.limited, 1.0, 0.0)

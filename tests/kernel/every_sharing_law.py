@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from motionlab.config.controller import SharingConfig, SharingLaw
 from motionlab.config.force_map import TableMapConfig
-from motionlab.kernel.force_maps import force_model, law_number, map_lanes
+from motionlab.force_sharing.functions import function_number
+from motionlab.kernel.force_maps import force_model, map_lanes
 from motionlab.kernel.layout import Parameters
 from tests.kernel.lane_runs import changed, lane
 from tests.nominal_motor import X, Y
@@ -26,7 +27,7 @@ def with_model(parameters: Parameters, config: TableMapConfig, law: SharingLaw) 
 
 def with_law(parameters: Parameters, law: SharingLaw) -> Parameters:
     """Return a lane that shares its force by a law on the analytic map."""
-    return changed(parameters, {"force_model.sharing.law": law_number(law)})
+    return changed(parameters, {"force_model.sharing.law": function_number(law)})
 
 
 def table_lanes(resolution: float) -> list[Parameters]:

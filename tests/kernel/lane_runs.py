@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from motionlab.control.compensation import Compensation
 from motionlab.control.notch import PASS
 from motionlab.control.position import PositionController
-from motionlab.force_sharing.functions import LEAST_NORM, ForceModel, SharingFunction
+from motionlab.force_sharing.functions import CLOSED_FORM, SharingParameters
+from motionlab.force_sharing.share import ForceModel, Sharing
 from motionlab.kernel.law_calls import law_number
 from motionlab.kernel.layout import (
     INPUT_ROWS,
@@ -26,7 +27,7 @@ from motionlab.kernel.layout import (
     column,
     state_row,
 )
-from motionlab.kernel.tick import H, run_ticks
+from motionlab.kernel.tick import run_ticks
 from motionlab.lanes import WIDTH
 from motionlab.laws import LAWS
 from motionlab.plant.current import Amplifiers
@@ -37,6 +38,7 @@ from motionlab.plant.mechanics import Mechanics
 from motionlab.plant.resonance import sampled
 from motionlab.plant.table_map import ANALYTIC, MotorMap
 from motionlab.telemetry.channels import Sample
+from motionlab.timing import PLANT_STEP as H
 from tests import nominal_motor
 from tests.nominal_motor import CONTROL_PERIOD, Axis
 
@@ -81,7 +83,7 @@ def lane(axis: Axis, law: str = "off", changes: Mapping[str, float] | None = Non
         h_3=0.0,
     )
     force_map = MotorMap(formula, ANALYTIC)
-    sharing = SharingFunction(LEAST_NORM, 1.0 / 6.0, -1.0, -1.0, nominal_motor.PEAK_CURRENT)
+    sharing = Sharing(CLOSED_FORM, -1.0, -1.0, nominal_motor.PEAK_CURRENT)
     parameters = Parameters(
         friction=friction,
         force_map=force_map,
@@ -119,7 +121,7 @@ def lane(axis: Axis, law: str = "off", changes: Mapping[str, float] | None = Non
         notch=PASS,
         compensation=Compensation(law_number(law), float(LAWS[law].adds)),
         model_friction=friction,
-        force_model=ForceModel(force_map, sharing),
+        force_model=ForceModel(force_map, sharing, SharingParameters(1.0 / 6.0)),
         limits=Limits(error=0.02),
         law=LawParameters(*[0.0] * len(LawParameters._fields)),
     )

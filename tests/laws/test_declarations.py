@@ -8,7 +8,7 @@ from types import ModuleType
 
 import pytest
 
-from motionlab import laws
+from motionlab import declarations, laws
 from motionlab.laws import lugre_observer
 from motionlab.laws.law import Law, Parameter
 
@@ -20,11 +20,11 @@ def read(monkeypatch: pytest.MonkeyPatch, law: Law) -> None:
     module = ModuleType("motionlab.laws.more")
     module.LAW = law  # pyright: ignore[reportAttributeAccessIssue]
     monkeypatch.setitem(sys.modules, module.__name__, module)
-    names = [*laws.pkgutil.iter_modules(laws.__path__)]
-    more = laws.pkgutil.ModuleInfo(names[0].module_finder, "more", ispkg=False)
-    monkeypatch.setattr(laws.pkgutil, "iter_modules", lambda _: [*names, more])
+    names = [*declarations.pkgutil.iter_modules(laws.__path__)]
+    more = declarations.pkgutil.ModuleInfo(names[0].module_finder, "more", ispkg=False)
+    monkeypatch.setattr(declarations.pkgutil, "iter_modules", lambda _: [*names, more])
     monkeypatch.setattr(laws, "LAWS", laws._laws())
-    laws._parameters()
+    declarations.parameters_of(laws.LAWS.values(), laws._TAKEN)
 
 
 @pytest.mark.parametrize(
@@ -34,7 +34,7 @@ def read(monkeypatch: pytest.MonkeyPatch, law: Law) -> None:
         (dataclasses.replace(OWN, parameters=(Parameter("enabled", "x"),)), "may not be called"),
         (
             dataclasses.replace(OWN, parameters=(Parameter("gain", "another"),)),
-            "gain is declared otherwise by another law",
+            "gain is declared otherwise by another",
         ),
     ],
 )

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
-import os
 import re
-import shutil
 import subprocess
 import sys
 import time
@@ -19,6 +17,7 @@ import pytest
 
 from tests.export.compilers import call, compiler
 from tests.library.served import API, PATIENCE, SERVE
+from tests.one_file import lab_with, printed
 from tests.paths import ROOT
 
 LAW = ROOT / "tests" / "fixtures" / "laws" / "relay.py"
@@ -27,26 +26,8 @@ COMPENSATION = "variants.B.controller.compensation"
 
 @pytest.fixture(scope="module")
 def environment(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    """Return the environment of a lab that has the law; nothing else of it differs."""
-    folder = tmp_path_factory.mktemp("lab")
-    package = folder / "motionlab"
-    ignored = shutil.ignore_patterns("__pycache__")
-    shutil.copytree(ROOT / "backend" / "motionlab", package, ignore=ignored)
-    shutil.copytree(ROOT / "configs", package / "configs")  # as in a wheel
-    shutil.copy(LAW, package / "laws")
-    paths = f"{folder}{os.pathsep}{ROOT}"
-    data = folder / "data"
-    data.mkdir()
-    own = {"PYTHONPATH": paths, "NUMBA_CACHE_DIR": str(folder), "MOTIONLAB_DATA": str(data)}
-    return os.environ | own
-
-
-def printed(environment: dict[str, str], *words: str) -> str:
-    """Return what a command of that lab prints."""
-    command = [sys.executable, "-m", *words]
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    return done.stdout
+    """Return the environment of a lab that has the law."""
+    return lab_with(LAW, "laws", tmp_path_factory.mktemp("lab"))
 
 
 def _address(server: subprocess.Popen[bytes], stderr: Path) -> str:

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from motionlab.kernel.layout import Inputs, Parameters
-from motionlab.kernel.tick import H
 from motionlab.plant.resonance import sampled
+from motionlab.timing import PLANT_STEP as H
 from tests.kernel.lane_runs import Array, at_rest, inputs, lane, positions, rows
 from tests.nominal_motor import Axis, X, Y
 from tests.plant.stiff_reference import Loop, Mode, Phases

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motionlab.kernel.layout import Inputs
-from motionlab.kernel.tick import H
+from motionlab.timing import PLANT_STEP as H
 from tests.kernel.lane_runs import (
     IDEAL,
     at_rest,

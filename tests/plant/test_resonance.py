@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from motionlab.config.load import load_scenario
 from motionlab.kernel.layout import state_row
-from motionlab.kernel.tick import H
 from motionlab.loop.linearise import linearise, stability_limits
 from motionlab.loop.margins import margins
 from motionlab.plant.resonance import Resonance, natural, ring, sampled
 from motionlab.studies.loop.frequency_sweep import frequency_sweep
+from motionlab.timing import PLANT_STEP as H
 from tests.kernel.lane_runs import IDEAL, at_rest, changed, channel, inputs, lane, rows, run
 from tests.nominal_motor import CONTROL_PERIOD, X, Y
 from tests.simulated import IDEAL as IDEAL_MOTOR

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from motionlab.config.controller import SharingConfig, SharingLaw
 from motionlab.config.force_map import TableMapConfig
+from motionlab.force_sharing.functions import FUNCTIONS
 from motionlab.force_sharing.pole_pitch import Shared, forces_over, share_over
 from motionlab.kernel.force_maps import force_model, map_lanes
 from motionlab.lanes import WIDTH
@@ -17,7 +18,6 @@ from motionlab.motor_design.kept_maps import named_map
 
 Array = NDArray[np.float64]
 NAMES = ("new-design", "previous-design")
-LAWS: tuple[SharingLaw, ...] = ("least-norm", "force-per-ampere", "sine", "cubic")
 ROUND_TRIP = 0.15
 """N: what a force may differ from the one that its current was looked up for."""
 
@@ -61,7 +61,7 @@ def test_nan_stays_nan_and_reads_nothing_that_is_not_there(config: TableMapConfi
     assert np.isnan(forces.thrust[:3]).all()
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", FUNCTIONS)
 @pytest.mark.parametrize("force", [0.05, 0.5, 5.0, 20.0, -20.0, 26.0])
 def test_inverse_round_trip(config: TableMapConfig, law: SharingLaw, force: float) -> None:
     """Not between the nodes of some table alone: positions are of no grid."""

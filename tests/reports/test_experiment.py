@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 
 from motionlab.analysis.comparison_options import Comparing
 from motionlab.config.load import load_scenario
-from motionlab.lanes import model_hash
+from motionlab.lanes import model_hash, module_hash
 from motionlab.library.library import library
 from motionlab.library.run import RunDetail
 from motionlab.reports.experiment import NUMBERS_MAX, Experiment, experiments, program
@@ -46,7 +46,7 @@ def built(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A page as large as the built one."""
     (tmp_path / "assets").mkdir()
     (tmp_path / "report.js").write_text(f"'{'x' * 23_000}';")
-    module = gzip.compress(f'"{model_hash()}"'.encode() + np.random.default_rng(1).bytes(17_000))
+    module = gzip.compress(f'"{module_hash()}"'.encode() + np.random.default_rng(1).bytes(17_000))
     (tmp_path / "assets" / "kernel-1.wasm.gz").write_bytes(module)
     monkeypatch.setattr("motionlab.reports.experiment.page_root", lambda: tmp_path)
     return tmp_path

@@ -22,7 +22,7 @@ from motionlab.config.planar import AXES
 from motionlab.kernel.law_calls import laws_of
 from motionlab.kernel.layout import INPUT_ROWS, SAMPLE_ROWS, Inputs
 from motionlab.kernel.tick import run_lanes
-from motionlab.lanes import WIDTH, model_hash
+from motionlab.lanes import WIDTH, model_hash, module_hash
 from motionlab.server.routes.whatif_lanes import WhatIfLanesRequest, _at_once, what_if_lanes
 from motionlab.server.settings import Settings
 from motionlab.simulation.prepare import prepare
@@ -109,6 +109,7 @@ def test_its_numbers_give_the_run(
     result = document(prepared, recording)
     assert head["result"].items() <= result.items()
     assert head["result"]["model"] == model_hash()
+    assert head["module"] == module_hash()
     windows = [
         {edge: to_ticks(each["window"][edge]) for edge in ("start", "end")}
         for each in (result, *result["segments"])

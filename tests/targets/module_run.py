@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.lanes import model_hash
+from motionlab.lanes import module_hash
 from motionlab.targets.wasm import build
 from motionlab.targets.wasm_compile import SECTION
 from motionlab.targets.wasm_module import custom_section
@@ -31,7 +31,7 @@ _ALIGN = 16
 @functools.cache
 def module() -> bytes:
     """Return the module of the sources as they are, that of `make` where it is current."""
-    if BUILT.is_file() and description(BUILT.read_bytes())["model"] == model_hash():
+    if BUILT.is_file() and description(BUILT.read_bytes())["module"] == module_hash():
         return BUILT.read_bytes()
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "kernel.wasm"

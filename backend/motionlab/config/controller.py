@@ -9,28 +9,19 @@ from pydantic import Field, create_model
 
 from motionlab.config.force_map import AnyForceMapConfig
 from motionlab.config.plant import FrictionConfig
-from motionlab.config.quantity import OURS, PAPER, Config, Text, choices, quantity
+from motionlab.config.quantity import Config, Text, choices, declared_field, quantity
+from motionlab.declarations import OURS, PAPER
+from motionlab.force_sharing.functions import FUNCTIONS
+from motionlab.force_sharing.functions import PARAMETERS as SHARING_PARAMETERS
 from motionlab.laws import LAWS, PARAMETERS, Parameter
 from motionlab.laws.law import Refusal
 
 if TYPE_CHECKING:
-    Law = str
+    Law = SharingLaw = str
 else:
     Law = Literal[tuple(LAWS)]
-"""Name of a law of friction compensation; `motionlab.laws`."""
-
-SharingLaw = Literal["least-norm", "force-per-ampere", "sine", "cubic"]
-
-SHARINGS = choices(
-    ("least-norm", "least norm", "In proportion to the square of what each phase can give"),
-    ("force-per-ampere", "force per ampere", "Least copper loss for the force"),
-    ("sine", "sine", "Classical, one phase hands over to the next along a sine"),
-    ("cubic", "cubic", "Classical, one phase hands over to the next along a cubic"),
-)
-"""Force-sharing functions; motionlab.force_sharing.functions."""
-
-HAND_OVER = ["sine", "cubic"]
-"""Force-sharing functions of which the overlap is a parameter."""
+    SharingLaw = Literal[tuple(FUNCTIONS)]
+"""Names of laws of friction compensation, `motionlab.laws`, and of force-sharing functions."""
 
 
 class NotchConfig(Config):
@@ -113,32 +104,14 @@ class ModelConfig(Config):
     y: AxisModelConfig
 
 
-def _field(parameter: Parameter) -> Any:
-    """Return the type and the declaration of a law's parameter as a field of a config."""
-    each = parameter
-    users: Any = [law.name for law in LAWS.values() if each in law.parameters]
-    if each.choices:
-        choice = Field(
-            default=each.default,
-            title=each.label,
-            description=each.description,
-            json_schema_extra={"used_with": users},
+def _fields(parameters: Mapping[str, Parameter], owners: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the fields of parameters, each with the names of those that declare it."""
+    return {
+        name: declared_field(
+            each, [owner.name for owner in owners.values() if each in owner.parameters]
         )
-        return Literal[each.choices], choice
-    declared = quantity(
-        each.description,
-        label=each.label,
-        unit=each.unit,
-        source=each.source,
-        default=each.default,
-        ge=each.ge,
-        gt=each.gt,
-        le=each.le,
-        lt=each.lt,
-        usual=each.usual,
-        used_with=users,
-    )
-    return (float if each.default is not None else float | None), declared
+        for name, each in parameters.items()
+    }
 
 
 class _AnyLaw(Config):
@@ -166,7 +139,7 @@ _Declared: Any = create_model(
     "_Declared",
     __base__=_AnyLaw,
     __doc__="Parameters of all laws.",
-    **{each.name: _field(each) for each in PARAMETERS.values()},
+    **_fields(PARAMETERS, LAWS),
 )
 
 
@@ -194,26 +167,33 @@ class DisturbanceObserverConfig(Config):
     )
 
 
-class SharingConfig(Config):
-    """Force-sharing function of the phases; docs/sharing.md."""
+class _AnySharing(Config):
+    """What every force-sharing function has."""
 
     law: SharingLaw = Field(
         title="force sharing",
-        default="least-norm",
-        description="least-norm: in proportion to the square of what each phase can give; "
-        "force-per-ampere: least copper loss; sine, cubic: classical sharing functions",
-        json_schema_extra=SHARINGS,
+        default=next(iter(FUNCTIONS)),
+        description="How a force command is split among the phases",
+        json_schema_extra=choices(
+            *((each.name, each.label, each.description) for each in FUNCTIONS.values())
+        ),
     )
-    overlap: float = quantity(
-        "Share of the pole pitch over which one phase hands over to the next (sine, cubic)",
-        shown="% of pitch",
-        unit="1",
-        source=f"{OURS}: a sixth is all that two phases have in common",
-        default=1 / 6,
-        ge=0.005,
-        le=1 / 6,
-        used_with=HAND_OVER,
-    )
+
+    def parameters(self) -> dict[str, float]:
+        """Return the parameters of all functions, by name."""
+        return {name: getattr(self, name) for name in SHARING_PARAMETERS}
+
+
+_DeclaredSharing: Any = create_model(
+    "_DeclaredSharing",
+    __base__=_AnySharing,
+    __doc__="Parameters of all force-sharing functions.",
+    **_fields(SHARING_PARAMETERS, FUNCTIONS),
+)
+
+
+class SharingConfig(_DeclaredSharing):
+    """Force-sharing function of the phases, with the parameters that it declares."""
 
 
 class ControllerConfig(Config):

@@ -15,8 +15,9 @@ from pydantic import Field, ValidationError, model_validator
 from motionlab.config.bounds import FILE_MAX, check_depth, check_toml
 from motionlab.config.named_configs import config_root
 from motionlab.config.planar import AXES
-from motionlab.config.quantity import OURS, Config, Whole, quantity
+from motionlab.config.quantity import Config, Whole, quantity
 from motionlab.config.validation_errors import field_errors
+from motionlab.declarations import OURS
 from motionlab.errors import ConfigError, FieldError
 
 PHASES = ("a", "b", "c")

@@ -7,7 +7,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
-from motionlab.config.quantity import OURS, PAPER, Config, quantity
+from motionlab.config.quantity import Config, quantity
+from motionlab.declarations import OURS, PAPER
 
 MapName = Annotated[str, Field(pattern="^[a-z0-9-]{1,64}$")]
 

@@ -7,7 +7,8 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from motionlab.config.force_map import AnyForceMapConfig
-from motionlab.config.quantity import OURS, PAPER, Config, Text, quantity
+from motionlab.config.quantity import Config, Text, quantity
+from motionlab.declarations import OURS, PAPER
 from motionlab.plant.friction import FRICTIONLESS, LuGre
 from motionlab.timing import PLANT_STEP
 

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
 
 from motionlab.config.bounds import text
-
-PAPER = "Huang et al., IEEE Access 2019"
-OURS = "this project's choice"
+from motionlab.declarations import Parameter
 
 
 def whole(value: Any) -> Any:
@@ -131,6 +129,34 @@ def quantity(  # noqa: PLR0913 - one keyword for each fact about a field
         lt=lt,
         json_schema_extra=extra,
     )
+
+
+def declared_field(parameter: Parameter, used_with: Any) -> Any:
+    """Return the type and the field of a parameter that a law or a sharing function declares."""
+    each = parameter
+    if each.choices:
+        choice = Field(
+            default=each.default,
+            title=each.label,
+            description=each.description,
+            json_schema_extra={"used_with": used_with},
+        )
+        return Literal[each.choices], choice
+    number = quantity(
+        each.description,
+        label=each.label,
+        unit=each.unit,
+        shown=each.shown,
+        source=each.source,
+        default=each.default,
+        ge=each.ge,
+        gt=each.gt,
+        le=each.le,
+        lt=each.lt,
+        usual=each.usual,
+        used_with=used_with,
+    )
+    return (float if each.default is not None else float | None), number
 
 
 def si(description: str, unit: str, shown: str = "") -> Any:

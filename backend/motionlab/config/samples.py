@@ -9,7 +9,8 @@ from pydantic import Field, field_validator, model_validator
 
 from motionlab.config.moves import REQUIRED
 from motionlab.config.planar import Coordinate
-from motionlab.config.quantity import OURS, Config, quantity
+from motionlab.config.quantity import Config, quantity
+from motionlab.declarations import OURS
 
 SAMPLES_MAX = 100_000
 """Most samples of a motion: 50 s at 2 kHz."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -10,13 +11,9 @@ from numpy.typing import NDArray
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError, FieldError
-from motionlab.force_sharing.functions import (
-    INVERSE_LEVELS,
-    INVERSE_POSITIONS,
-    SHARE_LEVELS,
-    SHARE_POSITIONS,
-)
+from motionlab.force_sharing.tables import INVERSE_CELLS
 from motionlab.kernel.layout import parameter_row, reads_tables
+from motionlab.kernel.own_tables import sharing_table_size
 from motionlab.lanes.bank import TABLES
 from motionlab.plant.table_map import ANALYTIC, THRUST_TERMS, TableMap
 
@@ -33,7 +30,7 @@ _PLANT, _MODEL = (
     [parameter_row(f"{owner}.table.{field}") for field in TableMap._fields]
     for owner in ("force_map", "force_model.map")
 )
-_INVERSE, _SHARES = (parameter_row(f"force_model.sharing.{name}") for name in ("inverse", "shares"))
+_INVERSE, _OWN = (parameter_row(f"force_model.sharing.{name}") for name in ("inverse", "table"))
 
 
 class LoopParameters(NamedTuple):
@@ -92,7 +89,7 @@ def _tables(lane: Array) -> list[tuple[int, int]]:
     model = TableMap(*lane[_MODEL].tolist())
     sizes = {
         _MODEL[0]: int(model.positions * model.currents) * THRUST_TERMS,
-        _INVERSE: 4 * INVERSE_POSITIONS * INVERSE_LEVELS,
-        _SHARES: 8 * SHARE_POSITIONS * SHARE_LEVELS,
+        _INVERSE: math.prod(INVERSE_CELLS),
+        _OWN: sharing_table_size(lane),
     }
     return [(row, size) for row, size in sizes.items() if lane[row] >= 0.0]

@@ -16,20 +16,15 @@ from motionlab.export.controller_step import (
 )
 from motionlab.export.recording import BANK, call_by_axis, entries_by_axis, fixed_place, zeros
 from motionlab.export.tables import Tables
-from motionlab.force_sharing.functions import (
-    INVERSE_LEVELS,
-    INVERSE_POSITIONS,
-    LEAST_NORM,
-    SHARE_LEVELS,
-    SHARE_POSITIONS,
-    ForceModel,
-)
+from motionlab.force_sharing.functions import CLOSED_FORM, FUNCTIONS, function_of
+from motionlab.force_sharing.share import ForceModel, Sharing, forces_by, phase_forces
+from motionlab.force_sharing.tables import INVERSE_CELLS
 from motionlab.kernel.build import lane
 from motionlab.kernel.law_calls import law_parameters
 from motionlab.kernel.layout import Command, ControllerState, Parameters
 from motionlab.lanes.bank import TABLES
 from motionlab.laws import LAWS
-from motionlab.plant.table_map import THRUST_TERMS
+from motionlab.plant.table_map import THRUST_TERMS, TableMap
 from motionlab.targets.c_expression import INDENT
 from motionlab.targets.c_program import Program
 from motionlab.targets.c_values import initial_values
@@ -79,7 +74,8 @@ def controller_code(scenario: Scenario, variant: str) -> ControllerCode:
     lanes = {
         axis: parameters(*par._replace(law=law_parameters(par))) for axis, par in plain.items()
     }
-    recorder, step_axis = Recorder(), step_of(law)
+    sharing = FUNCTIONS[controller.sharing.law]
+    recorder, step_axis = Recorder({phase_forces: forces_by(sharing)}), step_of(law)
     steps = {
         axis: recorder.record(step_axis, _arguments(par, state)) for axis, par in lanes.items()
     }
@@ -117,34 +113,30 @@ def _with_tables(par: Parameters, tables: Tables) -> Parameters:
     """Return a lane's parameters with the places of its tables among exported ones."""
     table, sharing = par.force_model.map.table, par.force_model.sharing
     cells = (int(table.positions), int(table.currents), THRUST_TERMS)
-    shares = (2 * SHARE_POSITIONS, SHARE_LEVELS, 4)
+    own = function_of(sharing.law).table
     table = table._replace(
         thrust=tables.place(table.thrust, cells, "thrust, N, [position][current][term]")
     )
     sharing = sharing._replace(
         inverse=tables.place(
-            sharing.inverse,
-            (INVERSE_POSITIONS, INVERSE_LEVELS, 4),
-            "current, A, [position][sqrt(thrust)][corner]",
+            sharing.inverse, INVERSE_CELLS, "current, A, [position][sqrt(thrust)][corner]"
         ),
-        shares=tables.place(sharing.shares, shares, "share, 1, [sense][position][force][corner]"),
+        table=tables.place(sharing.table, own.shape, own.about) if own else sharing.table,
     )
-    return par._replace(force_model=ForceModel(par.force_model.map._replace(table=table), sharing))
+    return par._replace(force_model=_with_table(par.force_model, table, sharing))
 
 
 def _arguments(par: Parameters, state: Any) -> dict[str, Any]:
     """Return what the step of an axis is recorded with."""
     model = par.force_model
-    tabled = model.map.table.thrust >= 0.0 or model.sharing.law != LEAST_NORM
+    tabled = model.map.table.thrust >= 0.0 or model.sharing.law != CLOSED_FORM
     sharing = model.sharing._replace(
         law=Constant(model.sharing.law, structural=True),
         inverse=fixed_place(model.sharing.inverse),
-        shares=fixed_place(model.sharing.shares),
+        table=fixed_place(model.sharing.table),
     )
     table = model.map.table._replace(thrust=fixed_place(model.map.table.thrust))
-    fixed = par._replace(
-        force_model=ForceModel(model.map._replace(table=table), sharing),
-    )
+    fixed = par._replace(force_model=_with_table(model, table, sharing))
     return {
         "par": fixed,
         "s": zeros(state),
@@ -152,6 +144,10 @@ def _arguments(par: Parameters, state: Any) -> dict[str, Any]:
         "position": 0.0,
         "tables": BANK if tabled else None,
     }
+
+
+def _with_table(model: ForceModel, table: TableMap, sharing: Sharing) -> ForceModel:
+    return model._replace(map=model.map._replace(table=table), sharing=sharing)
 
 
 def _reset_lines(program: Program, kind: Any, path: str) -> Iterator[str]:

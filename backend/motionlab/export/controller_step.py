@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 from numpy.typing import NDArray
 
-from motionlab.kernel.law_calls import seen
 from motionlab.kernel.layout import Command, ControllerState, Inputs, Parameters
+from motionlab.kernel.motion import seen
 from motionlab.kernel.tick import command, in_effect, observe_motion
 from motionlab.lanes import Lanes, Mask
 from motionlab.laws import Law

@@ -1,7 +1,7 @@
 """One axis of an exported motor, in one step.
 
 Parameters are those of a scenario. They may change between two steps, and a step may have any
-length: what the kernel gets once of both is computed here.
+length: what a simulation computes once of both is computed here.
 """
 
 from __future__ import annotations
@@ -11,14 +11,14 @@ from typing import NamedTuple
 
 from numpy.typing import NDArray
 
-from motionlab.kernel.layout import PlantState
 from motionlab.lanes import Lanes, select
-from motionlab.plant.current import Amplifiers, half_step, settled_current
+from motionlab.plant.current import Amplifiers, settled_current
 from motionlab.plant.encoder import Encoder, measure
 from motionlab.plant.friction import LuGre, friction_force
+from motionlab.plant.machine import Machine, PlantState, substep
 from motionlab.plant.magnetics import AnalyticMap, Phases
-from motionlab.plant.mechanics import Mechanics, Mover, advance, end_stop_force
-from motionlab.plant.resonance import Resonance, ring, sampled
+from motionlab.plant.mechanics import Mechanics
+from motionlab.plant.resonance import Resonance, sampled
 from motionlab.plant.table_map import MotorMap, TableMap, normal_force_of, thrust_of
 
 
@@ -122,7 +122,7 @@ def step_axis(  # noqa: PLR0913, PLR0917 - what a motion depends on
     tables: NDArray | None,
 ) -> PlantState:
     """Return the state one step later, after currents followed constant commands."""
-    h, loops = sampled_step.h, par.amplifiers
+    loops = par.amplifiers
     amplifiers = Amplifiers(
         half_step=sampled_step.current_rest,
         gain_a=loops.gain_a,
@@ -133,21 +133,10 @@ def step_axis(  # noqa: PLR0913, PLR0917 - what a motion depends on
         offset_c=loops.offset_c,
         limit=loops.limit,
     )
-    disturbance = Phases(0.0, 0.0, 0.0)
-    target = settled_current(amplifiers, at.current, disturbance)
-    current = Phases(s.i_a, s.i_b, s.i_c)
-    middle = half_step(amplifiers, current, target)
-
-    mechanics = mechanics_of(par)
-    mover = Mover(s.p, s.v, s.z)
-    p_mid = mover.p + (0.5 * h) * mover.v
-    force = thrust_of(motor_map_of(par, table), tables, p_mid, middle)
-    net = force - at.load + end_stop_force(mechanics, p_mid, mover.v)
-    mover = advance(mechanics, friction_of(par), mover, net, h)
-    y, y_rate = ring(sampled_step.resonance, s.y, s.y_rate, force)
-
-    current = half_step(amplifiers, middle, target)
-    return PlantState(mover.p, mover.v, mover.z, y, y_rate, current.a, current.b, current.c)
+    target = settled_current(amplifiers, at.current, Phases(0.0, 0.0, 0.0))
+    motor_map, mechanics = motor_map_of(par, table), mechanics_of(par)
+    machine = Machine(amplifiers, motor_map, mechanics, friction_of(par), sampled_step.resonance)
+    return substep(machine, s, target, at.load, None, tables, sampled_step.h)
 
 
 def measure_axis(

@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from motionlab.force_sharing.functions import LEAST_NORM, ForceModel, SharingFunction, share_by_law
+from motionlab.force_sharing.functions import CLOSED_FORM, SharingParameters
+from motionlab.force_sharing.share import ForceModel, Sharing, share_force
 from motionlab.lanes import WIDTH, Lanes, cached, compiled, pack, select, unpack
 from motionlab.lanes.bank import TABLES
 from motionlab.plant.magnetics import AnalyticMap, Phases
@@ -57,6 +58,7 @@ class _Sum(NamedTuple):
 
 
 _MAP, _TABLE = len(AnalyticMap._fields), len(TableMap._fields)
+_OWN = _MAP + _TABLE + len(Sharing._fields)
 
 
 def share_over(model: ForceModel, *, position: ArrayLike, force: ArrayLike) -> Shared:
@@ -79,8 +81,8 @@ def share_over(model: ForceModel, *, position: ArrayLike, force: ArrayLike) -> S
     place, command = np.broadcast_arrays(np.asarray(position, dtype=float), force)
     queries = _blocks(place, command)
     answers = np.empty((len(queries), len(_Answer._fields), WIDTH))
-    tabled = model.map.table.thrust >= 0.0 or model.sharing.law != LEAST_NORM
-    rows = _rows(*model.map.formula, *model.map.table, *model.sharing)
+    tabled = model.map.table.thrust >= 0.0 or model.sharing.law != CLOSED_FORM
+    rows = _rows(*model.map.formula, *model.map.table, *model.sharing, *model.parameters)
     _share(rows, queries, answers, TABLES.values if tabled else None)
     flat = _columns(answers, place.size)
     return Shared(flat[:3], flat[3], flat[4] > 0.0)
@@ -154,10 +156,12 @@ def _map(rows: Array) -> MotorMap:
 
 @cached
 def _share(rows: Array, queries: Array, answers: Array, tables: Array | None) -> None:
-    model = ForceModel(_map(rows), unpack(SharingFunction, rows, _MAP + _TABLE))
+    model = ForceModel(
+        _map(rows), unpack(Sharing, rows, _MAP + _TABLE), unpack(SharingParameters, rows, _OWN)
+    )
     for k in range(queries.shape[0]):
         q = unpack(_Query, queries[k], 0)
-        share = share_by_law(model, tables, q.position, q.force)
+        share = share_force(model, tables, q.position, q.force)
         i = share.current
         answer = _Answer(i.a, i.b, i.c, share.force, select(share.limited, 1.0, 0.0))
         pack(answer, answers[k])

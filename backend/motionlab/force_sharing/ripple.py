@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.force_sharing.functions import ForceModel
 from motionlab.force_sharing.pole_pitch import forces_over, share_over
+from motionlab.force_sharing.share import ForceModel
 from motionlab.plant.table_map import MotorMap
 
 Array = NDArray[np.float64]

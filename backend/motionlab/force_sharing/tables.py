@@ -1,4 +1,4 @@
-"""The inverse of a force map, and its shares of least copper loss, as tables for the controller."""
+"""Tables of a controller: the inverse of a force map, and its shares of least copper loss."""
 
 from __future__ import annotations
 
@@ -7,16 +7,20 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.force_sharing.functions import (
-    INVERSE_LEVELS,
-    INVERSE_POSITIONS,
-    SHARE_LEVELS,
-    SHARE_POSITIONS,
-)
+from motionlab.lanes import Lanes, compiled, load_four
 
 Array = NDArray[np.float64]
 Thrust = Callable[[Array, Array], Array]
 """Thrust of one phase, N, over turns of its pole pitch, 1, and current, A; arrays broadcast."""
+
+INVERSE_POSITIONS, INVERSE_LEVELS = 288, 64
+"""Cells of the inverse of a table: along a pole pitch, and along sqrt(thrust/largest thrust)."""
+
+INVERSE_CELLS = (INVERSE_POSITIONS, INVERSE_LEVELS, 4)
+"""Shape of `inverse_cells`."""
+
+SHARE_POSITIONS, SHARE_LEVELS = 240, 32
+"""Cells of the shares of least copper loss: along a pole pitch, and along force/largest force."""
 
 _CURRENTS = 401
 _NUDGE = 1e-3 / INVERSE_POSITIONS
@@ -27,6 +31,14 @@ _NO_FORCE = 1e-12
 """In place of the force where no phase pulls in the commanded direction, N."""
 
 _LEAST_LEVEL = 1e-3
+
+
+@compiled
+def between(tables: Array, first: Lanes, u: Lanes, w: Lanes) -> Lanes:
+    """Return a number of the cell that begins at `first`, at u and w between its corners."""
+    low, low_next, high, high_next = load_four(tables, first)
+    near = low + w * (low_next - low)
+    return near + u * (high + w * (high_next - high) - near)
 
 
 def inverse_cells(thrust: Thrust, i_max: float) -> Array:

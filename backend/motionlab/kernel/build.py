@@ -25,8 +25,8 @@ from motionlab.config.scenario import Scenario
 from motionlab.control.compensation import Compensation
 from motionlab.control.notch import sampled_notch
 from motionlab.control.position import PositionController
-from motionlab.force_sharing.functions import ForceModel
 from motionlab.force_sharing.ripple import reachable_over
+from motionlab.force_sharing.share import ForceModel
 from motionlab.kernel.force_maps import force_model, map_lanes
 from motionlab.kernel.law_calls import law_number
 from motionlab.kernel.layout import (
@@ -160,7 +160,7 @@ def _linear_range(model: ForceModel) -> NDArray[np.float64]:
 
 
 def _tabled(model: ForceModel) -> bool:
-    return model.map.table.thrust >= 0.0 or max(model.sharing.inverse, model.sharing.shares) >= 0.0
+    return model.map.table.thrust >= 0.0 or max(model.sharing.inverse, model.sharing.table) >= 0.0
 
 
 def _range_over_pitch(model: ForceModel) -> NDArray[np.float64]:

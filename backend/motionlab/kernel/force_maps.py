@@ -8,21 +8,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.config.controller import SharingConfig, SharingLaw
+from motionlab.config.controller import SharingConfig
 from motionlab.config.force_map import AnyForceMapConfig, ForceMapConfig, TableMapConfig
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError, FieldError
-from motionlab.force_sharing.functions import (
-    CUBIC,
-    FORCE_PER_AMPERE,
-    LEAST_NORM,
-    SINE,
-    ForceModel,
-    SharingFunction,
-)
+from motionlab.force_sharing.functions import FUNCTIONS, SharingParameters, function_number
 from motionlab.force_sharing.pole_pitch import Shared, forces_over, share_over
-from motionlab.force_sharing.tables import inverse_cells, share_cells
+from motionlab.force_sharing.share import ForceModel, Sharing
+from motionlab.force_sharing.tables import inverse_cells
 from motionlab.kernel.layout import Parameters
 from motionlab.lanes.bank import TABLES
 from motionlab.motor_design.fem.force_map import ForceMap
@@ -82,9 +76,8 @@ def force_model(
     ConfigError
         If no map of that name is there, or it cannot be read.
     """
-    law = law_number(sharing.law)
-    closed = SharingFunction(law, sharing.overlap, -1.0, -1.0, current_limit)
-    model = ForceModel(map_lanes(config), closed)
+    closed = Sharing(function_number(sharing.law), -1.0, -1.0, current_limit)
+    model = ForceModel(map_lanes(config), closed, SharingParameters(**sharing.parameters()))
     if isinstance(config, ForceMapConfig):
         return model
     force_map = named_map(config.name)
@@ -94,23 +87,10 @@ def force_model(
 
     digest, i_max = force_map.digest, force_map.i_max
     inverse = TABLES.place((digest, "inverse"), lambda: inverse_cells(thrust, i_max))
-    shares = -1
-    if law == FORCE_PER_AMPERE:
-        shares = TABLES.place((digest, "shares"), lambda: share_cells(thrust, i_max))
-    return model._replace(sharing=closed._replace(inverse=float(inverse), shares=float(shares)))
-
-
-def law_number(law: SharingLaw) -> float:
-    """Return the number of a force-sharing function in the kernel."""
-    match law:
-        case "least-norm":
-            return LEAST_NORM
-        case "force-per-ampere":
-            return FORCE_PER_AMPERE
-        case "sine":
-            return SINE
-        case "cubic":
-            return CUBIC
+    own, table = FUNCTIONS[sharing.law].table, -1
+    if own is not None:
+        table = TABLES.place((digest, sharing.law), lambda: own.numbers(thrust, i_max))
+    return model._replace(sharing=closed._replace(inverse=float(inverse), table=float(table)))
 
 
 def check_maps(scenario: Scenario) -> None:

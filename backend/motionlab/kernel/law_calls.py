@@ -30,6 +30,7 @@ from motionlab.kernel.layout import (
     LawState,
     Parameters,
 )
+from motionlab.kernel.motion import Motion, seen
 from motionlab.lanes import (
     WIDTH,
     Lanes,
@@ -42,31 +43,13 @@ from motionlab.lanes import (
 )
 from motionlab.lanes.compiler import entry
 from motionlab.laws import LAWS
-from motionlab.laws.law import Estimate, Law, Seen
+from motionlab.laws.law import Estimate, Law
 from motionlab.plant.friction import LuGre
 
 Array = NDArray[np.float64]
 
 _numba: Any = numba  # whose types do not name all that it exports
 carray = _numba.carray
-
-
-class Motion(NamedTuple):
-    """The fields of `Seen` that change in every period."""
-
-    p_ref: Lanes  # position reference, m
-    v_ref: Lanes  # velocity reference, m/s
-    a_ref: Lanes  # acceleration reference, m/s^2
-    p: Lanes  # measured position, m
-    v: Lanes  # its difference over a period, m/s
-    a: Lanes  # its second difference, m/s^2
-    error: Lanes  # following error, m
-    error_rate: Lanes  # its difference over a period, m/s
-    u: Lanes  # PD force within its limit, N
-    f_acting: Lanes  # force in effect since the last period, within all limits, N
-    estimate_acting: Lanes  # the law's friction estimate of that period, N
-    K_acting: Lanes  # the law's adaptation term of that period, m/s
-    age: Lanes  # control periods since the start; differences are 0 in the first
 
 
 class _Number(NamedTuple):
@@ -148,7 +131,7 @@ def leave_laws(state: Array, laws: Laws) -> None:
 
 
 @compiled
-def estimate_friction(laws: Laws, motion: Motion) -> Estimate:
+def estimate_friction(laws: Laws, motion: Any) -> Estimate:
     """Return the friction estimate of each lane by its own law, and step the laws' states."""
     store_vectors(motion, laws.rows, _MOTION)
     for law in range(laws.addresses.shape[0]):
@@ -156,30 +139,6 @@ def estimate_friction(laws: Laws, motion: Motion) -> Estimate:
             for vector in range(laws.rows.shape[0]):
                 call_law(law, laws.addresses, laws.rows, vector)
     return load_vectors(Estimate, laws.rows, _ESTIMATE, motion.p)
-
-
-@compiled
-def seen(controller: PositionController, friction: LuGre, motion: Motion) -> Seen:
-    """Return what a law may know of a controller, its model of friction, and the motion."""
-    return Seen(
-        p_ref=motion.p_ref,
-        v_ref=motion.v_ref,
-        a_ref=motion.a_ref,
-        p=motion.p,
-        v=motion.v,
-        a=motion.a,
-        error=motion.error,
-        error_rate=motion.error_rate,
-        u=motion.u,
-        f_acting=motion.f_acting,
-        estimate_acting=motion.estimate_acting,
-        K_acting=motion.K_acting,
-        age=motion.age,
-        k_p=controller.k_p,
-        k_d=controller.k_d,
-        M=controller.M,
-        friction=friction,
-    )
 
 
 # -- code of a law --------------------------------------------------------------------------------

@@ -11,11 +11,13 @@ from numpy.typing import NDArray
 from motionlab.control.compensation import Compensation
 from motionlab.control.notch import Notch
 from motionlab.control.position import PositionController
-from motionlab.force_sharing.functions import LEAST_NORM, ForceModel, SharingFunction
+from motionlab.force_sharing.functions import CLOSED_FORM, SharingParameters
+from motionlab.force_sharing.share import ForceModel, Sharing
 from motionlab.lanes import Lanes, compiled, pack, unpack
 from motionlab.plant.current import Amplifiers
 from motionlab.plant.encoder import Encoder
 from motionlab.plant.friction import LuGre
+from motionlab.plant.machine import PlantState
 from motionlab.plant.magnetics import AnalyticMap
 from motionlab.plant.mechanics import Mechanics
 from motionlab.plant.resonance import Resonance
@@ -34,19 +36,6 @@ class Inputs(NamedTuple):
     current_a: Lanes  # ripple and noise of the currents, A
     current_b: Lanes
     current_c: Lanes
-
-
-class PlantState(NamedTuple):
-    """State of the machine."""
-
-    p: Lanes  # position, m
-    v: Lanes  # velocity, m/s
-    z: Lanes  # bristle state, m
-    y: Lanes  # deflection that the encoder sees, m
-    y_rate: Lanes  # m/s
-    i_a: Lanes  # phase currents, A
-    i_b: Lanes
-    i_c: Lanes
 
 
 class ControllerState(NamedTuple):
@@ -234,6 +223,7 @@ _TABLED = [
     _MODEL_FORMULA,
     _MODEL_TABLE,
     _SHARING,
+    _SHARING_PARAMETERS,
     _LIMITS,
     LAW_PARAMETERS,
 ) = _first_rows(PARAMETERS)
@@ -261,7 +251,8 @@ def groups(parameters: NDArray[np.float64], width: Lanes) -> Parameters:
                 unpack(AnalyticMap, parameters, _MODEL_FORMULA, width),
                 unpack(TableMap, parameters, _MODEL_TABLE, width),
             ),
-            unpack(SharingFunction, parameters, _SHARING, width),
+            unpack(Sharing, parameters, _SHARING, width),
+            unpack(SharingParameters, parameters, _SHARING_PARAMETERS, width),
         ),
         unpack(Limits, parameters, _LIMITS, width),
         unpack(LawParameters, parameters, LAW_PARAMETERS, width),
@@ -271,4 +262,4 @@ def groups(parameters: NDArray[np.float64], width: Lanes) -> Parameters:
 def reads_tables(parameters: NDArray[np.float64]) -> list[bool]:
     """Return of each of the lanes of `parameters` whether it needs the kernel with tables."""
     plant, model, law = (parameters[row] for row in _TABLED)
-    return ((plant >= 0.0) | (model >= 0.0) | (law != LEAST_NORM)).tolist()
+    return ((plant >= 0.0) | (model >= 0.0) | (law != CLOSED_FORM)).tolist()

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.force_sharing.functions import (
-    INVERSE_LEVELS,
-    INVERSE_POSITIONS,
-    SHARE_LEVELS,
-    SHARE_POSITIONS,
-)
+from motionlab.force_sharing.functions import function_of
+from motionlab.force_sharing.tables import INVERSE_CELLS
 from motionlab.kernel.layout import parameter_row
 from motionlab.lanes.bank import TABLES
 from motionlab.plant.table_map import NORMAL_TERMS, THRUST_TERMS
@@ -85,19 +82,19 @@ def _cells(table: str, terms: int) -> Callable[[Array], int]:
     return size
 
 
+def sharing_table_size(lane: Array) -> int:
+    """Return how many numbers the own table of a lane's sharing function has."""
+    table = function_of(lane[parameter_row("force_model.sharing.law")]).table
+    return 0 if table is None else math.prod(table.shape)
+
+
 _SIZES: tuple[tuple[int, Callable[[Array], int]], ...] = (
     *(
         (parameter_row(f"{table}.{force}"), _cells(table, terms))
         for table in ("force_map.table", "force_model.map.table")
         for force, terms in (("thrust", THRUST_TERMS), ("normal", NORMAL_TERMS))
     ),
-    (
-        parameter_row("force_model.sharing.inverse"),
-        lambda _: INVERSE_POSITIONS * INVERSE_LEVELS * 4,
-    ),
-    (
-        parameter_row("force_model.sharing.shares"),
-        lambda _: 2 * SHARE_POSITIONS * SHARE_LEVELS * 4,
-    ),
+    (parameter_row("force_model.sharing.inverse"), lambda _: math.prod(INVERSE_CELLS)),
+    (parameter_row("force_model.sharing.table"), sharing_table_size),
 )
 """Rows of places of tables, each with the size of its table."""

@@ -1,4 +1,4 @@
-"""The compiled kernel: one control period, for eight lanes side by side.
+"""One control period: the kernel.
 
 A period has two halves: `control`, without access to the machine, and `move`, the machine under the
 command in effect.
@@ -6,17 +6,16 @@ command in effect.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.control.notch import notched
 from motionlab.control.position import Last, disturbance_estimate, estimate_motion, pd_force
-from motionlab.force_sharing.functions import share_by_law
+from motionlab.force_sharing.share import share_force
 from motionlab.kernel.law_calls import (
     Laws,
-    Motion,
     enter_laws,
     estimate_friction,
     laws_of,
@@ -34,6 +33,7 @@ from motionlab.kernel.layout import (
     reads_tables,
     write_state,
 )
+from motionlab.kernel.motion import Motion
 from motionlab.lanes import (
     Lanes,
     Mask,
@@ -49,17 +49,15 @@ from motionlab.lanes import (
 from motionlab.lanes.bank import TABLES
 from motionlab.lanes.functions import clip
 from motionlab.laws.law import Estimate
-from motionlab.plant.current import half_step, settled_current
+from motionlab.plant.current import settled_current
 from motionlab.plant.encoder import measure
 from motionlab.plant.friction import friction_force
+from motionlab.plant.machine import IdealForce, Machine, substep
 from motionlab.plant.magnetics import Phases
-from motionlab.plant.mechanics import Mover, advance, end_stop_force
-from motionlab.plant.resonance import ring
+from motionlab.plant.mechanics import end_stop_force
 from motionlab.plant.table_map import normal_force_of, thrust_of
 from motionlab.telemetry.channels import Sample
 from motionlab.timing import PLANT_STEP, SUBSTEPS
-
-H = PLANT_STEP
 
 
 class _EncoderSample(NamedTuple):
@@ -79,8 +77,8 @@ class Signals(NamedTuple):
 
 
 @compiled
-def observe_motion(par: Parameters, s: State, at: Inputs, p_meas: Lanes) -> Motion:
-    """Return what the controller knows of the motion, and its PD force."""
+def observe_motion(par: Parameters, s: State, at: Inputs, p_meas: Lanes) -> Any:
+    """Return `Motion`: what the controller knows, and its PD force."""
     memory, acting = s.memory, s.acting
     last = Last(memory.p_last, memory.v_last, memory.e_last)
     motion = estimate_motion(at.p_ref, p_meas, last, s.age == 0.0)
@@ -105,7 +103,7 @@ def observe_motion(par: Parameters, s: State, at: Inputs, p_meas: Lanes) -> Moti
 def command(  # noqa: PLR0913, PLR0917 - what a command depends on
     par: Parameters,
     s: State,
-    motion: Motion,
+    motion: Any,
     estimate: Estimate,
     tables: NDArray[np.float64] | None,
     extra: Lanes | None,
@@ -126,7 +124,7 @@ def command(  # noqa: PLR0913, PLR0917 - what a command depends on
     f_command = clip(force, -controller.force_limit, controller.force_limit)
 
     # share
-    share = share_by_law(par.force_model, tables, motion.p, f_command)
+    share = share_force(par.force_model, tables, motion.p, f_command)
     realised = select(controller.ideal_force > 0.0, f_command, share.force)
     i = share.current
     return (
@@ -181,21 +179,14 @@ def move(
     tables: NDArray[np.float64] | None,
 ) -> PlantState:
     """Return the machine's half of a period: its state after currents followed their commands."""
-    ideal = par.controller.ideal_force > 0.0
+    ideal = IdealForce(par.controller.ideal_force > 0.0, acting.force)
     disturbance = Phases(at.current_a, at.current_b, at.current_c)
     command = Phases(acting.current_a, acting.current_b, acting.current_c)
     target = settled_current(par.amplifiers, command, disturbance)
-    mover, y, y_rate = Mover(s.p, s.v, s.z), s.y, s.y_rate
-    current = Phases(s.i_a, s.i_b, s.i_c)
+    machine = Machine(par.amplifiers, par.force_map, par.mechanics, par.friction, par.resonance)
     for _ in range(SUBSTEPS):
-        middle = half_step(par.amplifiers, current, target)
-        p_mid = mover.p + (0.5 * H) * mover.v
-        force = select(ideal, acting.force, thrust_of(par.force_map, tables, p_mid, middle))
-        net = force - at.load + end_stop_force(par.mechanics, p_mid, mover.v)
-        mover = advance(par.mechanics, par.friction, mover, net, H)
-        y, y_rate = ring(par.resonance, y, y_rate, force)
-        current = half_step(par.amplifiers, middle, target)
-    return PlantState(mover.p, mover.v, mover.z, y, y_rate, current.a, current.b, current.c)
+        s = substep(machine, s, target, at.load, ideal, tables, PLANT_STEP)
+    return s
 
 
 @compiled

@@ -10,6 +10,7 @@ from motionlab.lanes.operations import (
     WIDTH,
     Lanes,
     Mask,
+    anywhere,
     axes_at,
     compiled,
     flush_subnormals,
@@ -27,7 +28,7 @@ from motionlab.lanes.operations import (
     store_vectors,
     unpack,
 )
-from motionlab.lanes.sources import model_hash
+from motionlab.lanes.sources import model_hash, module_hash
 
 
 def cached(function: Callable[..., Any]) -> Any:
@@ -42,6 +43,7 @@ __all__ = [
     "WIDTH",
     "Lanes",
     "Mask",
+    "anywhere",
     "axes_at",
     "cached",
     "compiled",
@@ -49,6 +51,7 @@ __all__ = [
     "load_four",
     "load_vectors",
     "model_hash",
+    "module_hash",
     "pack",
     "power_of_two",
     "record",

@@ -1,7 +1,7 @@
-"""Elementary functions of lanes, free of branches and of calls to a maths library.
+"""Elementary functions without branches or calls of a maths library.
 
-Calls to libm would keep the compiler from using the vector unit. Each function here is a range
-reduction and a Taylor polynomial, accurate to a few units in the last place on its range.
+Each is a range reduction and a Taylor polynomial, accurate to a few units in the last place on its
+range.
 """
 
 from __future__ import annotations
@@ -39,6 +39,12 @@ def clip(x: Lanes, low: Lanes, high: Lanes) -> Lanes:
 
 
 @compiled
+def positive(x: Lanes) -> Lanes:
+    """Return `x` where it is positive, else 0."""
+    return select(x > 0.0, x, 0.0)
+
+
+@compiled
 def sign(x: Lanes) -> Lanes:
     """Return 1 where x > 0, -1 where x < 0, else 0."""
     return select(x > 0.0, 1.0, select(x < 0.0, -1.0, 0.0))
@@ -53,7 +59,7 @@ def exponential(x: Lanes) -> Lanes:
     x = select(x < _EXP_MIN, _EXP_MIN, x)
     n = round_nearest(x * _LOG2_E)
     r = x - n * _LN2
-    # e**r for abs(r) <= ln(2)/2 by Estrin's scheme: the kernel waits for results, not for units.
+    # e**r for abs(r) <= ln(2)/2 by Estrin's scheme, whose chain of operations is short.
     r2 = r * r
     r4 = r2 * r2
     low = (1.0 + r) + r2 * (_E2 + _E3 * r)

@@ -60,6 +60,11 @@ def select(mask: Any, yes: Any, no: Any) -> Any:
     return np.where(mask, yes, no)
 
 
+def anywhere(mask: Any) -> bool:
+    """Return whether `mask` holds in any lane: what no lane needs can be left out."""
+    return bool(np.any(mask))
+
+
 def square_root(x: Any) -> Any:
     """Return the square root of `x`."""
     return np.sqrt(x)

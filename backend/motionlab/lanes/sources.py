@@ -1,6 +1,6 @@
-"""The hash of the model: of every source that goes into the kernel.
+"""Hashes of sources: of the model, which is the kernel, and of the kernel for browsers.
 
-It names the model in records of runs, and the folder of compiled code.
+That of the model stands in records of runs, and names the folder of compiled code.
 """
 
 from __future__ import annotations
@@ -15,9 +15,11 @@ SOURCES = (
     "control/*.py",
     "motor_design/fem/cells.py",
     "force_sharing/*.py",
+    "force_sharing/functions/*.py",
     "kernel/accumulator.py",
     "kernel/law_calls.py",
     "kernel/layout.py",
+    "kernel/motion.py",
     "kernel/score.py",
     "kernel/tick.py",
     "lanes/*.py",
@@ -29,11 +31,29 @@ SOURCES = (
 """Patterns of the model's sources, from the package."""
 
 
-@functools.cache
+MODULE_SOURCES = (
+    *SOURCES,
+    "analysis/contouring.py",
+    "targets/wasm*.py",
+    "telemetry/decimate.py",
+)
+"""Patterns of what the kernel for browsers is made of."""
+
+
 def model_hash() -> str:
     """Return a hash of the sources of the model, 16 hexadecimal digits."""
+    return _hash(SOURCES)
+
+
+def module_hash() -> str:
+    """Return a hash of the sources of the kernel for browsers, 16 hexadecimal digits."""
+    return _hash(MODULE_SOURCES)
+
+
+@functools.cache
+def _hash(patterns: tuple[str, ...]) -> str:
     digest = hashlib.sha256()
-    for pattern in SOURCES:
+    for pattern in patterns:
         for path in sorted(PACKAGE.glob(pattern)):
             digest.update(path.relative_to(PACKAGE).as_posix().encode())
             digest.update(path.read_bytes())

@@ -12,14 +12,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
+from motionlab.declarations import OURS, PAPER, Parameter
 from motionlab.lanes import Lanes
 from motionlab.plant.friction import LuGre
 
 ROWS = 8
 """Most parameters of a law in the kernel, and numbers of its state."""
 
-PAPER = "Huang et al., IEEE Access 2019"
-OURS = "this project's choice"
+__all__ = ["OURS", "PAPER", "ROWS", "Estimate", "Law", "NoState", "Parameter", "Refusal", "Seen"]
 
 
 class Seen(NamedTuple):
@@ -54,44 +54,6 @@ class Estimate(NamedTuple):
 
 class NoState(NamedTuple):
     """The state of a law that has none."""
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """A parameter of a law: a field of a controller's config.
-
-    Attributes
-    ----------
-    name : str
-        As in the lanes' record of parameters, where the law does not derive that from others.
-    description : str
-        What the number is.
-    unit : str
-        SI unit; ``1`` for a pure number.
-    default : float, str or None
-        None: the law decides.
-    ge, gt, le, lt : float, optional
-        Bounds, in `unit`.
-    usual : tuple of float, optional
-        Range of a slider, in `unit`.
-    choices : tuple of str
-        The values of a parameter that is no number.
-    label, source : str
-        Name on the screen; where the number or its range comes from.
-    """
-
-    name: str
-    description: str
-    unit: str = "1"
-    default: float | str | None = None
-    ge: float | None = None
-    gt: float | None = None
-    le: float | None = None
-    lt: float | None = None
-    usual: tuple[float, float] | None = None
-    choices: tuple[str, ...] = ()
-    label: str | None = None
-    source: str = OURS
 
 
 @dataclass(frozen=True)

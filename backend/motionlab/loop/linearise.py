@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError, FieldError
-from motionlab.force_sharing.functions import LEAST_NORM
+from motionlab.force_sharing.functions import CLOSED_FORM
 from motionlab.kernel.build import lane
 from motionlab.kernel.force_maps import check_maps, force_gain, map_digests
 from motionlab.kernel.law_calls import law_of, laws_of
@@ -419,7 +419,7 @@ def _unbounded(par: Parameters) -> Parameters:
         controller=par.controller._replace(force_limit=math.inf, ideal_force=1.0),
         law=_without(par, law_of(par).limits),
         force_model=par.force_model._replace(
-            sharing=par.force_model.sharing._replace(law=LEAST_NORM)
+            sharing=par.force_model.sharing._replace(law=CLOSED_FORM)
         ),
     )
 

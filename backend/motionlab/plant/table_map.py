@@ -92,7 +92,7 @@ def phase_normal(table: TableMap, tables: Array, turns: Lanes, i: Lanes) -> Lane
 def thrust_of(motor_map: MotorMap, tables: Array | None, position: Lanes, current: Phases) -> Lanes:
     """Return the thrust of the three phases, N, by each lane's own kind of map.
 
-    Without tables every lane's map is analytic, and nothing else is compiled.
+    Without tables every lane's map is analytic.
     """
     table = motor_map.table
     analytic = thrust(motor_map.formula, position, current)

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from motionlab.errors import ConfigError, NotReplayable
 from motionlab.files import page_root
 from motionlab.kernel.force_maps import maps_of
-from motionlab.lanes import model_hash
+from motionlab.lanes import model_hash, module_hash
 from motionlab.library.replay import again
 from motionlab.library.run import RunDetail
 from motionlab.reports.lane_copies import Switch, copied_gains, copied_switches
@@ -120,7 +120,7 @@ def program() -> Program | None:
 @functools.lru_cache(maxsize=1)
 def _program(script: Path, module: Path, _stamps: tuple[int, ...]) -> Program | None:
     content, packed = script.read_bytes().strip(), module.read_bytes()
-    if f'"{model_hash()}"'.encode() not in gzip.decompress(packed):
+    if f'"{module_hash()}"'.encode() not in gzip.decompress(packed):
         return None
     digest = base64.b64encode(hashlib.sha256(content).digest()).decode()
     return Program(Markup(content.decode()), digest, base64.b64encode(packed).decode())

@@ -7,7 +7,8 @@ from typing import Any
 from pydantic import Field
 
 from motionlab.config.drive import DriveConfig
-from motionlab.config.quantity import OURS, Config, quantity
+from motionlab.config.quantity import Config, quantity
+from motionlab.declarations import OURS
 
 LOOPBACK = frozenset({"127.0.0.1", "localhost", "[::1]"})
 

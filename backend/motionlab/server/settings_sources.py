@@ -20,8 +20,9 @@ from pydantic_settings import (
 )
 
 from motionlab.config.named_configs import config_root, data_root, did_you_mean, parse
-from motionlab.config.quantity import OURS, quantity
+from motionlab.config.quantity import quantity
 from motionlab.config.validation_errors import bounds_of, choices_of, field_errors, unit_of_field
+from motionlab.declarations import OURS
 from motionlab.errors import ConfigError, FieldError
 from motionlab.library.database import index_url
 from motionlab.library.files import runs_url

@@ -21,7 +21,7 @@ from motionlab.kernel.build import LANES_PER_VARIANT, initial_state
 from motionlab.kernel.force_maps import map_digests
 from motionlab.kernel.layout import Inputs, reads_tables
 from motionlab.kernel.own_tables import own_tables
-from motionlab.lanes import model_hash
+from motionlab.lanes import model_hash, module_hash
 from motionlab.lanes.bank import TABLES
 from motionlab.simulation.batch import acting, lanes_of
 from motionlab.simulation.inputs import inputs_over
@@ -106,6 +106,7 @@ class LaneRun:
         arrays = self.arrays
         head = {
             **self._document(),
+            "module": module_hash(),
             "how": "window" if self.first else "whole",
             "period": CONTROL_PERIOD,
             "ticks": self.prepared.reference.ticks,

@@ -12,7 +12,7 @@ from types import FunctionType
 from typing import Any, cast
 
 from motionlab.config.plant import FrictionConfig
-from motionlab.force_sharing.functions import LEAST_NORM
+from motionlab.force_sharing.functions import CLOSED_FORM, FUNCTIONS, SharingParameters
 from motionlab.kernel import build, force_maps, law_calls
 from motionlab.kernel.layout import PARAMETERS, STATES, LawParameters
 from motionlab.lanes import model_hash
@@ -21,8 +21,6 @@ from motionlab.plant.magnetics import AnalyticMap
 from motionlab.plant.table_map import ANALYTIC
 from motionlab.targets.javascript import Translator
 from motionlab.timing import PLANT_STEP
-
-_SHARING = ("least-norm", "force-per-ampere", "sine", "cubic")
 
 _BY_HAND = """\
 const record = (names, values) => Object.fromEntries(names.map((name, i) => [name, values[i]]));
@@ -41,7 +39,8 @@ const force_model = (config, sharing, limit) => {
   const place = config.kind === 'analytic' ? -1 : undefined;
   return {
     map: map_lanes(config),
-    sharing: [SHARING[sharing.law], sharing.overlap, place, place, limit],
+    sharing: [SHARING.indexOf(sharing.law), place, place, limit],
+    parameters: pick(sharing, SHARING_PARAMETERS),
   };
 };
 const flat = (value) => typeof value === 'object' && value !== null
@@ -79,12 +78,12 @@ def lane_code() -> str:
         f"refuse: {translator.name(law.refuse)}}}"
         for name, law in LAWS.items()
     ]
-    sharing = {law: force_maps.law_number(law) for law in _SHARING}
     constants: dict[str, Any] = {
         "LAW_ROWS": len(LawParameters._fields),
         "FORMULA": AnalyticMap._fields,
         "ANALYTIC": list(ANALYTIC),
-        "SHARING": sharing,
+        "SHARING": list(FUNCTIONS),
+        "SHARING_PARAMETERS": SharingParameters._fields,
     }
     return "\n".join(
         [
@@ -93,7 +92,7 @@ def lane_code() -> str:
             f"export const MODEL = {json.dumps(model_hash())};",
             f"export const PARAMETERS = {json.dumps(PARAMETERS)};",
             f"export const STATES = {json.dumps(STATES)};",
-            f"export const LEAST_NORM = {LEAST_NORM};",
+            f"export const CLOSED_FORM = {CLOSED_FORM};",
             f"export const PLANT_STEP = {PLANT_STEP};",
             translator.code(),
             f"const LAWS = {{{', '.join(laws)}}};",

@@ -87,9 +87,16 @@ class _Frame:
 
 
 class Recorder:
-    """Records functions, each once for each kind of arguments."""
+    """Records functions, each once for each kind of arguments.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    replaced : mapping of callable to callable, optional
+        Functions, and others that are recorded in their place.
+    """
+
+    def __init__(self, replaced: Mapping[Any, Any] | None = None) -> None:
+        self._replaced = {plain(one): plain(other) for one, other in (replaced or {}).items()}
         self.functions: dict[Any, RecordedFunction] = {}
         self._frames: list[_Frame] = []
 
@@ -266,6 +273,7 @@ class Recorder:
             return MATHS
         written = plain(value)
         if isinstance(written, FunctionType):
+            written = self._replaced.get(written, written)
             if written in PRIMITIVES:
                 return PRIMITIVES[written]
             return lambda *args, **keywords: self.call(written, *args, **keywords)

@@ -93,6 +93,8 @@ def _comments(text: str, first: int) -> dict[int, str]:
 @functools.cache
 def field_comments(record: Any) -> dict[str, str]:
     """Return the comments beside the fields of a NamedTuple class, such as unit and meaning."""
+    if hasattr(record, "comments"):
+        return record.comments
     lines, _ = inspect.getsourcelines(getattr(record, "_like", record))
     comments = _comments(textwrap.dedent("".join(lines)), 1)
     definition = ast.parse(textwrap.dedent("".join(lines))).body[0]

@@ -18,7 +18,7 @@ from numba import int64, types
 import motionlab.lanes.compiler  # noqa: F401 - numba learns the lanes' types
 from motionlab.kernel.accumulator import Tally
 from motionlab.kernel.layout import PARAMETERS, STATES, Inputs
-from motionlab.lanes import model_hash
+from motionlab.lanes import module_hash
 from motionlab.targets.wasm_exports import EXPORTS, LANES, Block, Export
 from motionlab.targets.wasm_module import module_of, with_custom_section
 from motionlab.telemetry.channels import CHANNELS
@@ -33,9 +33,9 @@ _OPTIMISATION = 3
 
 
 def description() -> dict[str, Any]:
-    """Return what a page must know of the module: names of rows, the model's hash, parameters."""
+    """Return what a page must know of the module: rows, a hash of its sources, parameters."""
     return {
-        "model": model_hash(),
+        "module": module_hash(),
         "control_period": CONTROL_PERIOD,
         "lanes": LANES,
         "parameters": PARAMETERS,

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from motionlab.analysis.contouring import write_nearest
 from motionlab.config.planar import AXES
 from motionlab.kernel.accumulator import TALLY_ROWS, Tally, Target, one_more
-from motionlab.kernel.law_calls import adopt_states, seen
+from motionlab.kernel.law_calls import adopt_states
 from motionlab.kernel.layout import (
     INPUT_ROWS,
     LAW_NUMBER,
@@ -30,6 +30,7 @@ from motionlab.kernel.layout import (
     read_state,
     write_state,
 )
+from motionlab.kernel.motion import seen
 from motionlab.kernel.score import measured
 from motionlab.kernel.tick import act, command, measured_position, observe_motion
 from motionlab.lanes import Lanes, axes_at, compiled, pack, record, recorded, select, unpack

@@ -7,6 +7,7 @@ export function exampleLanes(): Lanes {
   const count = (size: number) => Float64Array.from({ length: size }, (_, i) => i);
   const variant = { label: '', law: 'off', enabled: false, notes: ['as planned'] };
   return {
+    module: 'abc',
     result: { scenario: 'example', model: 'abc' },
     how: 'whole',
     period: 0.5,

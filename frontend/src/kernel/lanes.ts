@@ -22,6 +22,8 @@ interface Place {
 }
 
 export interface LanesHead {
+  /** Hash of the sources of the module that computes what the server does. */
+  module: string;
   result: Record<string, unknown>;
   how: 'whole' | 'window';
   period: number;

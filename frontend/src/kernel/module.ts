@@ -4,7 +4,7 @@ import type { Axis } from './lanes';
 
 /** Rows of the arrays by name, and of which sources the module was made. */
 export interface About {
-  model: string;
+  module: string;
   control_period: number;
   parameters: readonly string[];
   state: readonly string[];

@@ -20,7 +20,7 @@ export class Experiment {
     inputs: Inputs,
   ) {
     this.engine = new Engine(module, MOST);
-    if (lanes.result.model !== this.engine.about.model) {
+    if (lanes.module !== this.engine.about.module) {
       throw new Error('the kernel is of another version than the run');
     }
     this.engine.take(inputs);

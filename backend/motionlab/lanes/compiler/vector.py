@@ -14,6 +14,7 @@ from numba.extending import models, register_model, type_callable
 
 from motionlab.lanes.operations import (
     WIDTH,
+    anywhere,
     power_of_two,
     round_down,
     round_nearest,
@@ -213,6 +214,21 @@ def _lower_select(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     return _emit_each(
         lambda builder, mask, yes, no: builder.select(mask, yes, no), context, builder, sig, args
     )
+
+
+@type_callable(anywhere)
+def _type_anywhere(context: Any) -> Any:
+    return lambda mask: types.boolean if isinstance(mask, MaskType) else None
+
+
+@lower_builtin(anywhere, MaskType)
+def _lower_anywhere(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    (mask,), width = args, sig.args[0].width
+    count = vectors_in(width)
+    vectors = [mask] if count == 1 else [builder.extract_value(mask, i) for i in range(count)]
+    bits = ir.IntType(vectors[0].type.count)
+    whole = functools.reduce(builder.or_, (builder.bitcast(each, bits) for each in vectors))
+    return builder.icmp_unsigned("!=", whole, ir.Constant(bits, 0))
 
 
 def _register_unary(function: Any, emit: Any) -> None:

@@ -8,8 +8,9 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from motionlab.config.quantity import OURS, Config, quantity, si
+from motionlab.config.quantity import Config, quantity, si
 from motionlab.config.validation_errors import checked
+from motionlab.declarations import OURS
 
 CASES_MAX = 5000
 _PEAK = "max_abs_following_error"

@@ -12,7 +12,8 @@ from motionlab.config.controller import SharingConfig, SharingLaw
 from motionlab.config.force_map import AnyForceMapConfig, ForceMapConfig, MapName, TableMapConfig
 from motionlab.config.load import load_scenario
 from motionlab.config.named_configs import names
-from motionlab.config.quantity import OURS, Config, quantity, si
+from motionlab.config.quantity import quantity, si
+from motionlab.declarations import OURS
 from motionlab.errors import ConfigError, FieldError
 from motionlab.force_sharing.ripple import OverPitch, Ripple, ripple, share_over_pitch
 from motionlab.kernel.force_maps import force_model, map_lanes
@@ -21,8 +22,6 @@ from motionlab.motor_design.kept_maps import named_map
 from motionlab.studies.sharing.map_fit import fit_analytic
 
 Array = NDArray[np.float64]
-
-LAWS: tuple[SharingLaw, ...] = ("least-norm", "force-per-ampere", "sine", "cubic")
 
 
 def _is_name(value: Any) -> str:
@@ -36,7 +35,7 @@ MapChoice = Annotated[
 """A force map, or the name of a table or of a shipped motor, for its axis x."""
 
 
-class SharingRequest(Config):
+class SharingRequest(SharingConfig):
     """A force command, the controller's map and law, and the plant's map."""
 
     controller: MapChoice = Field(
@@ -45,17 +44,6 @@ class SharingRequest(Config):
     )
     plant: MapChoice | None = Field(
         default=None, description="The plant's map; left out: the controller's"
-    )
-    law: SharingLaw = Field(default="least-norm", description="How the force is shared")
-    overlap: float = quantity(
-        "Share of the pole pitch over which a phase hands over (sine, cubic)",
-        label="hand-over",
-        shown="% of pitch",
-        unit="1",
-        source=OURS,
-        default=1 / 6,
-        ge=0.005,
-        le=1 / 6,
     )
     force: float = quantity(
         "Commanded force", label="force", unit="N", source=OURS, default=20.0, ge=-1000, le=1000
@@ -281,7 +269,7 @@ def _over_pitch(
     plant: AnyForceMapConfig,
     law: SharingLaw,
 ) -> OverPitch:
-    config = SharingConfig(law=law, overlap=request.overlap)
+    config = SharingConfig(law=law, **request.parameters())
     return share_over_pitch(
         force_model(controller, config, request.current_limit),
         map_lanes(plant),

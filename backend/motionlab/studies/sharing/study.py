@@ -62,9 +62,12 @@ class SharingStudy(Study):
 
     def before(self, plan: SharingRequest, options: argparse.Namespace) -> str | None:
         """Return the comparison of all sharing functions, unless one or a document is requested."""
+        from motionlab.force_sharing.functions import FUNCTIONS
         from motionlab.reports.document_text import document_text
-        from motionlab.studies.sharing.sharing import LAWS, sharing
+        from motionlab.studies.sharing.sharing import sharing
 
         if options.json or "law" in plan.model_fields_set:
             return None
-        return document_text({law: sharing(plan.model_copy(update={"law": law})) for law in LAWS})
+        return document_text(
+            {law: sharing(plan.model_copy(update={"law": law})) for law in FUNCTIONS}
+        )

@@ -12,8 +12,9 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from motionlab.config.changes import twice
-from motionlab.config.quantity import OURS, Config, quantity
+from motionlab.config.quantity import Config, quantity
 from motionlab.config.validation_errors import checked
+from motionlab.declarations import OURS
 from motionlab.files import complete_file
 from motionlab.reports.tables import table
 

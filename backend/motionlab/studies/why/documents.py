@@ -7,9 +7,10 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import BaseModel, Field
 
-from motionlab.config.quantity import OURS, Config, quantity, si
+from motionlab.config.quantity import Config, quantity, si
 from motionlab.config.scenario import VariantName
 from motionlab.config.validation_errors import checked
+from motionlab.declarations import OURS
 from motionlab.studies.tune.documents import Constraints
 
 

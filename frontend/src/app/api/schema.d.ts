@@ -12076,19 +12076,19 @@ export interface components {
         };
         /**
          * SharingConfig
-         * @description Force-sharing function of the phases; docs/sharing.md.
+         * @description Force-sharing function of the phases, with the parameters that it declares.
          */
         SharingConfig: {
             /**
              * force sharing
-             * @description least-norm: in proportion to the square of what each phase can give; force-per-ampere: least copper loss; sine, cubic: classical sharing functions
+             * @description How a force command is split among the phases
              * @default least-norm
              * @enum {string}
              */
-            law: "least-norm" | "force-per-ampere" | "sine" | "cubic";
+            law: "least-norm" | "cubic" | "force-per-ampere" | "sine";
             /**
              * Overlap
-             * @description Share of the pole pitch over which one phase hands over to the next (sine, cubic)
+             * @description Share of the pole pitch over which one phase hands over to the next
              * @default 0.16666666666666666
              */
             overlap: number;
@@ -12148,7 +12148,7 @@ export interface components {
              * Law
              * @enum {string}
              */
-            law: "least-norm" | "force-per-ampere" | "sine" | "cubic";
+            law: "least-norm" | "cubic" | "force-per-ampere" | "sine";
             /**
              * Force
              * @description Commanded, N
@@ -12199,6 +12199,19 @@ export interface components {
          */
         SharingRequest: {
             /**
+             * force sharing
+             * @description How a force command is split among the phases
+             * @default least-norm
+             * @enum {string}
+             */
+            law: "least-norm" | "cubic" | "force-per-ampere" | "sine";
+            /**
+             * Overlap
+             * @description Share of the pole pitch over which one phase hands over to the next
+             * @default 0.16666666666666666
+             */
+            overlap: number;
+            /**
              * Controller
              * @description The controller's map: a map, or the name of a table or of a shipped motor
              * @default nominal
@@ -12209,19 +12222,6 @@ export interface components {
              * @description The plant's map; left out: the controller's
              */
             plant?: (string | (components["schemas"]["ForceMapConfig"] | components["schemas"]["TableMapConfig"])) | null;
-            /**
-             * Law
-             * @description How the force is shared
-             * @default least-norm
-             * @enum {string}
-             */
-            law: "least-norm" | "force-per-ampere" | "sine" | "cubic";
-            /**
-             * hand-over
-             * @description Share of the pole pitch over which a phase hands over (sine, cubic)
-             * @default 0.16666666666666666
-             */
-            overlap: number;
             /**
              * force
              * @description Commanded force

@@ -3,10 +3,10 @@
 import type { FieldEntry, MetricEntry } from '../api/types';
 import { served } from './fields.svelte';
 
-const CHOICES = {
-  law: ['force-per-ampere', 'force per ampere'],
-  direction: ['ccw', 'ccw'],
-} as const;
+const CHOICES: Readonly<Record<string, readonly string[]>> = {
+  law: ['force-per-ampere', 'sine', 'cubic'],
+  direction: ['ccw'],
+};
 
 type Example = readonly [label: string, unit?: string, factor?: number];
 
@@ -42,8 +42,9 @@ const METRICS: Readonly<Record<string, Metric>> = {
 };
 
 function field(path: string, [label, unit = '', factor = 1]: Example): FieldEntry {
-  const [value, name] = CHOICES[path.split('.').at(-1) as keyof typeof CHOICES] ?? [];
-  const choices = value ? [{ value, label: name as string, description: '', unit: '' }] : [];
+  const choices = (CHOICES[path.split('.').at(-1) as string] ?? []).map((value) => {
+    return { value, label: value.replaceAll('-', ' '), description: '', unit: '' };
+  });
   return { label, unit, factor, whole: path === 'seed', description: '', choices };
 }
 

@@ -32,7 +32,7 @@ const code: LaneCode = {
   MODEL: 'abc',
   STATES: ['plant.p'],
   PARAMETERS: ['force_model.sharing.law', 'k_p'],
-  LEAST_NORM: 0,
+  CLOSED_FORM: 0,
   PLANT_STEP: 0.1,
   rows: ({ variants }, name, of) => {
     const own = variants[name]?.controller as unknown as Record<string, { k_p: number }>;

@@ -163,7 +163,7 @@ function inEffect(scenario: Scenario, tick: number, period: number): Scenario {
 
 /** Whether a variant runs in the kernel with tables. */
 function readsTables(
-  { PARAMETERS, LEAST_NORM }: LaneCode,
+  { PARAMETERS, CLOSED_FORM }: LaneCode,
   numbers: Float64Array,
   epochs: number,
   variants: number,
@@ -178,7 +178,7 @@ function readsTables(
       (epoch) =>
         value(epoch, 'force_map.table.thrust', lane) >= 0 ||
         value(epoch, 'force_model.map.table.thrust', lane) >= 0 ||
-        value(epoch, 'force_model.sharing.law', lane) !== LEAST_NORM,
+        value(epoch, 'force_model.sharing.law', lane) !== CLOSED_FORM,
     ),
   );
   if (tabled[0] !== tabled[1]) throw new Beyond('one axis alone reads a table');

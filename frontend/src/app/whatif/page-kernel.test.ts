@@ -8,7 +8,7 @@ import type { Changes, Scenario } from '../api/types';
 import { LaneChanges, type Numbers } from './lane-changes';
 import { Obstacle, PageKernel } from './page-kernel';
 
-const about = { model: 'abc' } as About;
+const about = { module: 'abc' } as About;
 vi.mock('../../kernel/module', async (original) => ({
   ...(await original<object>()),
   aboutOf: () => about,
@@ -127,12 +127,12 @@ describe('the server has to run', () => {
   it('math channels, and what it says only it can', async () => {
     await expect(made.run({}, ['p=B.x.thrust * 2'])).rejects.toBeInstanceOf(Obstacle);
     expect(made.whatifLanes).not.toHaveBeenCalled();
-    const other = await kernelOf({ result: { model: 'other' } });
+    const other = await kernelOf({ module: 'other' });
     await expect(other.run({})).rejects.toThrow('another version');
   });
 
   it('in a page of another version, which asks for no more numbers', async () => {
-    const { run, whatifLanes } = await kernelOf({ result: { model: 'other' } });
+    const { run, whatifLanes } = await kernelOf({ module: 'other' });
     for (const set of [{ mass: 1 }, { mass: 2 }]) {
       await expect(run(set)).rejects.toEqual(
         new Obstacle('this page has the kernel of another version'),

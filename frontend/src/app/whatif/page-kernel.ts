@@ -118,7 +118,7 @@ export class PageKernel {
       this.onlyServer = { question, range, obstacle: lanes.obstacle, time: performance.now() };
       throw new Obstacle(lanes.obstacle);
     }
-    if (lanes.result.model !== crew.about.model) {
+    if (lanes.module !== crew.about.module) {
       // It stays so until the page is loaded anew.
       const obstacle = new Obstacle('this page has the kernel of another version');
       this.latest = null;

@@ -52,19 +52,22 @@ export function switchNotch(scenario: Scenario | null, variant: string, on: bool
   );
 }
 
-/** Paths of the parameters that a variant's law uses. */
-export function lawParameters(scenario: Scenario | null, variant: string): string[] {
-  const compensation = `variants.${variant}.controller.compensation`;
-  const law = String(at(scenario, `${compensation}.law`) ?? 'off');
+/** Paths of the parameters that a variant's law, or its sharing function, uses. */
+export function lawParameters(
+  scenario: Scenario | null,
+  variant: string,
+  part: 'compensation' | 'sharing' = 'compensation',
+): string[] {
+  const law = String(at(scenario, `variants.${variant}.controller.${part}.law`) ?? '');
   return Object.keys(served.scenario.fields)
-    .filter((path) => path.startsWith('variants.*.controller.compensation.'))
+    .filter((path) => path.startsWith(`variants.*.controller.${part}.`))
     .map((path) => path.replace('*', variant))
     .filter((path) => entryOf(path)?.used_with?.includes(law));
 }
 
 /** Everything of the controllers that the panel can change. */
-function tunables(variants: readonly string[]): string[] {
-  return variants.flatMap((variant) => [
+function tunables(scenario: Scenario): string[] {
+  return Object.keys(scenario.variants).flatMap((variant) => [
     ...AXES.flatMap((axis) => [
       gainPath(variant, axis, 'k_p'),
       gainPath(variant, axis, 'k_d'),
@@ -74,8 +77,9 @@ function tunables(variants: readonly string[]): string[] {
       'compensation.law',
       ...SWITCHES,
       'disturbance_observer.bandwidth',
-      'sharing.law',
-      'sharing.overlap',
+      ...Object.keys(scenario.variants[variant]?.controller.sharing ?? {}).map(
+        (name) => `sharing.${name}`,
+      ),
     ].map((path) => `variants.${variant}.controller.${path}`),
   ]);
 }
@@ -83,7 +87,7 @@ function tunables(variants: readonly string[]): string[] {
 /** Returns what a named set keeps of a scenario. */
 export function snapshot(scenario: Scenario): Changes {
   const set: Changes = {};
-  for (const path of tunables(Object.keys(scenario.variants))) {
+  for (const path of tunables(scenario)) {
     const value = at(scenario, path);
     if (value !== undefined) set[path] = value;
   }

@@ -10,17 +10,21 @@ import type { Numbers } from '../quantity-fields';
 export type Law = SharingDocument['law'];
 
 /** How the curves of each are drawn. */
-const STROKES: Record<Law, { dash: Dash; ink: Ink }> = {
-  'least-norm': { dash: 'solid', ink: 'text' },
-  'force-per-ampere': { dash: 'dash', ink: 'phase-b' },
-  sine: { dash: 'dashdot', ink: 'phase-a' },
-  cubic: { dash: 'dot', ink: 'difference' },
-};
-export const LAWS = Object.keys(STROKES) as Law[];
+const STROKES: readonly { dash: Dash; ink: Ink }[] = [
+  { dash: 'solid', ink: 'text' },
+  { dash: 'dot', ink: 'difference' },
+  { dash: 'dash', ink: 'phase-b' },
+  { dash: 'dashdot', ink: 'phase-a' },
+];
+const LAW = 'variants.A.controller.sharing.law';
+
+/** Every law, as the server has them. */
+export const laws = (): Law[] => choicesOf(LAW).map(({ value }) => value as Law);
+const strokeOf = (law: Law) => STROKES[Math.max(laws().indexOf(law), 0) % STROKES.length];
 
 /** Name and description of a law. */
 export function lawText(law: Law): { name: string; title: string } {
-  const choice = choicesOf('variants.A.controller.sharing.law').find(({ value }) => value === law);
+  const choice = choicesOf(LAW).find(({ value }) => value === law);
   return { name: choice?.label ?? law, title: choice?.description ?? '' };
 }
 
@@ -84,7 +88,7 @@ export function curvesOf(runs: readonly Run[], quantity: Quantity): Series[] {
       name: nameOf(run, machines),
       x: places(run),
       y: run.answer.curves[quantity],
-      ...STROKES[run.law],
+      ...strokeOf(run.law),
       width: WIDTHS[k % WIDTHS.length] ?? 1.2,
     };
   });

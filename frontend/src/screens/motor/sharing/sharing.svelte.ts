@@ -5,7 +5,7 @@ import { listOf, load, oneOf, save } from '../../../app/storage';
 import { app } from '../../../app/store.svelte';
 import { InstantForm } from '../../../study/study-form.svelte';
 import type { Numbers } from '../quantity-fields';
-import { LAWS, requests, type Law, type Run, type SharingChoice } from './sharing-runs';
+import { laws, requests, type Law, type Run, type SharingChoice } from './sharing-runs';
 
 const KEPT = 'motor.sharing';
 /** Machines side by side: more could not be read. */
@@ -17,16 +17,10 @@ const DEFAULT: SharingChoice = {
   belief: 'same',
 };
 
-/** What was kept, as far as it is still known. */
-function kept(): SharingChoice {
-  const form = { machines: listOf(''), laws: listOf(''), belief: oneOf('same', 'fit') };
-  const choice = load(KEPT, DEFAULT, form);
-  const laws = LAWS.filter((law) => choice.laws.includes(law));
-  return { ...choice, laws: laws.length > 0 ? laws : DEFAULT.laws };
-}
+const FORM = { machines: listOf(''), laws: listOf(''), belief: oneOf('same', 'fit') };
 
 class Sharing extends InstantForm<readonly Run[]> {
-  choice = $state.raw<SharingChoice>(kept());
+  choice = $state.raw<SharingChoice>(load(KEPT, DEFAULT, FORM));
   maps = $state.raw<readonly MapEntry[]>([]);
   fits = $state.raw<ReadonlyMap<string, MapFit>>(new Map());
   readonly runs = $derived(this.answer ?? []);
@@ -38,14 +32,18 @@ class Sharing extends InstantForm<readonly Run[]> {
       const known = this.choice.machines.filter(
         (name) => name === 'nominal' || this.maps.some((map) => map.name === name),
       );
-      this.choose({ machines: known.length > 0 ? known : DEFAULT.machines });
+      const chosen = laws().filter((law) => this.choice.laws.includes(law));
+      this.choose({
+        machines: known.length > 0 ? known : DEFAULT.machines,
+        laws: chosen.length > 0 ? chosen : DEFAULT.laws,
+      });
     });
   }
 
   /** Adds or takes away a law; one always stays. */
   toggle(law: Law): void {
-    const laws = LAWS.filter((one) => this.choice.laws.includes(one) !== (one === law));
-    if (laws.length > 0) this.choose({ laws });
+    const chosen = laws().filter((one) => this.choice.laws.includes(one) !== (one === law));
+    if (chosen.length > 0) this.choose({ laws: chosen });
   }
 
   choose(changes: Partial<SharingChoice>): void {

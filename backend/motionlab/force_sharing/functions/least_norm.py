@@ -1,24 +1,36 @@
-"""Sharing a force command among three phases, and the force that the currents then give."""
+"""Each phase gives in proportion to the square of what it can give.
+
+``F_k = abs(f) c_k**2 / sum c_j**2`` with c_k the force of phase k at its current limit.
+"""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any
 
+from motionlab.force_sharing.functions.function import (
+    OURS,
+    TINY,
+    Array,
+    Demand,
+    Share,
+    SharingFunction,
+)
 from motionlab.lanes import Lanes, Mask, compiled, select
 from motionlab.lanes.functions import clip
 from motionlab.plant.magnetics import AnalyticMap, Phases, current_for, force_fraction, thrust_shape
 
 
-class Share(NamedTuple):
-    """Current commands and realised force of one axis."""
-
-    current: Phases  # current commands, A
-    force: Lanes  # force that these currents give on the controller's map, N
-    limited: Mask  # some phase is at its current limit
+@compiled
+def least_norm(_par: Any, demand: Demand, _tables: Array) -> Phases:
+    """Return the shares ``c_k**2 / sum c_j**2``."""
+    a, b, c = demand.a.most, demand.b.most, demand.c.most
+    squares = a * a + b * b + c * c
+    scale = 1.0 / select(squares > TINY, squares, TINY)
+    return Phases(a * a * scale, b * b * scale, c * c * scale)
 
 
 @compiled
-def share_force(
+def share_in_closed_form(
     force_map: AnalyticMap, current_limit: Lanes, position: Lanes, force: Lanes
 ) -> Share:
     """Share `force`, N, at the measured `position`, m, among the phases of that direction.
@@ -50,3 +62,13 @@ def share_force(
 def _pull(shape: Lanes, forward: Mask) -> Lanes:
     along = select(forward, shape, -shape)
     return select(along > 0.0, along, 0.0)
+
+
+FUNCTION = SharingFunction(
+    name="least-norm",
+    label="least norm",
+    description="In proportion to the square of what each phase can give",
+    source=OURS,
+    shares=least_norm,
+    closed=share_in_closed_form,
+)
