@@ -69,10 +69,11 @@ kernels: $(KERNELS_STAMP) ## Compile what is compiled once for all, rather than 
 
 # Kernels first; then files on two processes for each core, since many tests wait; then browsers, one
 # on each core; then, apart from all that, what keeps time. 5 is pytest's "no tests were selected".
+# A crash ends the run: xdist would wait for the tests that the process had left.
 test: $(SETUP_STAMP) $(PAGE) $(HELP) $(KERNELS_STAMP) ## Run the tests (PYTEST_ARGS="-k circle" for some)
 	@frontend/npm test --silent
 	@result=5; run() { \
-		$(PY) -m pytest "$$@" $(PYTEST_ARGS); code=$$?; \
+		$(PY) -m pytest "$$@" --max-worker-restart=0 $(PYTEST_ARGS); code=$$?; \
 		[ $$code = 5 ] || result=$$code; [ $$code = 5 ] || [ $$code = 0 ]; \
 	}; \
 	run -m "not browser and not realtime" -n $(WORKERS) --dist loadfile --no-loadscope-reorder && \

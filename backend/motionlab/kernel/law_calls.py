@@ -117,7 +117,9 @@ def enter_laws(parameters: Array, state: Array, laws: Laws) -> None:
                 rows[vector, row, lane] = parameters[_FROM[row], place]
             for row in range(_STATES):
                 rows[vector, _STATE + row, lane] = state[LAW_STATE + row, place]
-            used[int(rows[vector, _NUMBER, lane])] = 1
+            for law in range(used.shape[0]):  # a lane without a number is of no law
+                if rows[vector, _NUMBER, lane] == law:
+                    used[law] = 1
 
 
 @compiled
