@@ -2,6 +2,7 @@
 
 import type { Scenario } from '../api/types';
 import { Beyond } from '../whatif/changed-lanes';
+import { corners, xy } from './corners';
 import { drawnPieces } from './drawn-motion';
 import type { MotionCode, Piece, Point, Rows } from './motion-code';
 
@@ -16,18 +17,12 @@ export interface Plan {
   window?: [number, number] | null;
 }
 
-interface Pair {
-  x: number;
-  y: number;
-}
-
 /** Longest motion, s. */
 const LONGEST = 3600;
 const MOVES_MAX = 1_000_000;
 /** Below, two positions differ by rounding only, m. */
 export const SAME_PLACE = 1e-12;
 
-const xy = ({ x, y }: Pair): Point => [x, y];
 const once = (pieces: Piece[]): Plan => ({ pieces, period: 0, measured: 0 });
 
 /** @throws Beyond where it takes more than this page has */
@@ -137,41 +132,6 @@ export function byInstant(of: (u: number) => readonly [number, number, number]):
     const row = (k: 0 | 1 | 2) => Float64Array.from(all, (each) => each[k]);
     return [row(0), row(1), row(2)];
   };
-}
-
-/** The points at which a motion of straight edges stops, in order. */
-function corners(
-  trajectory: Of<'line' | 'waypoints' | 'trapezoid' | 'staircase' | 'polygon' | 'star'>,
-): Point[] {
-  switch (trajectory.kind) {
-    case 'polygon':
-      return trajectory.vertices as Point[];
-    case 'waypoints':
-      return trajectory.points as Point[];
-    case 'star': {
-      const { center, circumradius, points, density, start_angle } = trajectory;
-      return Array.from({ length: points }, (_, k) => {
-        const angle = start_angle + (2 * Math.PI * ((k * density) % points)) / points;
-        return [
-          center.x + circumradius * Math.cos(angle),
-          center.y + circumradius * Math.sin(angle),
-        ];
-      });
-    }
-    case 'staircase': {
-      const { start, step, count, there_and_back } = trajectory;
-      const up = Array.from({ length: count + 1 }, (_, k): Point => [
-        start.x + k * step.x,
-        start.y + k * step.y,
-      ]);
-      return there_and_back ? [...up, ...up.slice(0, -1).reverse()] : up;
-    }
-    default: {
-      const [there, back] = [xy(trajectory.start), xy(trajectory.end)];
-      if (trajectory.kind === 'line' || !trajectory.there_and_back) return [there, back];
-      return [there, ...Array.from({ length: trajectory.cycles }, () => [back, there]).flat()];
-    }
-  }
 }
 
 type EdgeRule = (start: Point, end: Point) => Piece;
