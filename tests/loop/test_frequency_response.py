@@ -11,7 +11,7 @@ import pytest
 from motionlab.config.load import load_scenario
 from motionlab.errors import ConfigError, Infeasible
 from motionlab.kernel.build import lane
-from motionlab.kernel.force_maps import force_gain
+from motionlab.kernel.force_gain import force_gain
 from motionlab.loop.linearise import linearise
 from motionlab.loop.margins import Margins, margins
 from motionlab.loop.steady_state_error import crossover, parabola_error, sine_error
@@ -119,7 +119,8 @@ def test_a_motor_other_than_its_model_has_the_gain_that_a_sweep_finds(
 def test_the_gain_of_an_axis_is_not_the_ratio_of_peaks() -> None:
     def gain(plant: str, force: float = 3.0) -> float:
         scenario = load_scenario("circle", {"plant": plant})
-        return force_gain(lane(scenario, scenario.variants["A"].controller, "x"), force)
+        par = lane(scenario, scenario.variants["A"].controller, "x")
+        return float(force_gain(par, np.array([force]))[0])
 
     assert gain("nominal") == pytest.approx(1.0, rel=1e-12)
     assert gain("nominal", 0.0) == gain("nominal", 0.5)

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from motionlab.config.load import load_scenario
 from motionlab.kernel.layout import state_row
-from motionlab.loop.linearise import linearise, stability_limits
+from motionlab.loop.family import stability_limits
+from motionlab.loop.linearise import linearise
 from motionlab.loop.margins import margins
 from motionlab.plant.resonance import Resonance, natural, ring, sampled
 from motionlab.studies.loop.frequency_sweep import frequency_sweep

@@ -6,8 +6,8 @@ import httpx
 import pytest
 
 from motionlab.config.load import load_scenario
-from motionlab.loop.family import Figures, LoopFamily
-from motionlab.loop.linearise import linearise, stability_limits
+from motionlab.loop.family import Figures, LoopFamily, stability_limits
+from motionlab.loop.linearise import linearise
 from motionlab.loop.margins import margins
 from tests.server.live import API
 

@@ -14,10 +14,8 @@ from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError, FieldError
 from motionlab.force_sharing.functions import FUNCTIONS, SharingParameters, function_number
-from motionlab.force_sharing.pole_pitch import Shared, forces_over, share_over
 from motionlab.force_sharing.share import ForceModel, Sharing
 from motionlab.force_sharing.tables import inverse_cells
-from motionlab.kernel.layout import Parameters
 from motionlab.lanes.bank import TABLES
 from motionlab.motor_design.fem.force_map import ForceMap
 from motionlab.motor_design.kept_maps import named_map
@@ -25,14 +23,6 @@ from motionlab.plant.magnetics import AnalyticMap
 from motionlab.plant.table_map import ANALYTIC, MotorMap, TableMap, normal_cells, thrust_cells
 
 Array = NDArray[np.float64]
-
-_GAIN_AT = 0.5
-"""Least force at which the loop's gain is taken, N: at zero force, offset currents dominate."""
-_GAIN_STEP = 0.1
-"""Half of the difference by which the gain is taken, as a share of the force."""
-_BEYOND = 1e9
-"""A force that no motor gives, N."""
-_GAIN_POSITIONS = 144
 
 
 def pole_pitch(config: AnyForceMapConfig) -> float:
@@ -123,45 +113,6 @@ def check_maps(scenario: Scenario) -> None:
             )
     if errors:
         raise ConfigError(*errors)
-
-
-def force_gain(par: Parameters, force: float) -> float:
-    """Return the plant's thrust per newton commanded, as a small-signal gain of the loop, 1.
-
-    ``(T(f + d) - T(f - d))/(2 d)`` with T the mean over a pole pitch of the thrust that a command
-    settles at, through sharing, amplifiers and the plant's map; the mean of both directions. Of two
-    analytic maps of one knee, with ideal amplifiers, it does not depend on f.
-
-    Parameters
-    ----------
-    par : Parameters
-        Of one lane, plain numbers.
-    force : float
-        Magnitude of the command about which the loop moves, N; at most half of the controller's
-        largest force is used, since a linear loop has no limits.
-    """
-    pitch = np.linspace(0.0, par.force_map.formula.tau, _GAIN_POSITIONS, endpoint=False)
-
-    def shared(commands: Array) -> Shared:
-        return share_over(
-            par.force_model,
-            position=np.tile(pitch, len(commands)),
-            force=np.repeat(commands, len(pitch)),
-        )
-
-    reach = np.abs(shared(np.array([_BEYOND, -_BEYOND])).force).min()
-    f = min(max(force, _GAIN_AT), 0.5 * reach)
-    commands = f * np.array([1.0 + _GAIN_STEP, 1.0 - _GAIN_STEP, _GAIN_STEP - 1.0, -1 - _GAIN_STEP])
-    amplifiers = par.amplifiers
-    gain = np.array([amplifiers.gain_a, amplifiers.gain_b, amplifiers.gain_c])
-    offset = np.array([amplifiers.offset_a, amplifiers.offset_b, amplifiers.offset_c])
-    forces = forces_over(
-        par.force_map,
-        position=np.tile(pitch, len(commands)),
-        current=gain[:, None] * shared(commands).current + offset[:, None],
-    )
-    T = forces.thrust.reshape(len(commands), -1).mean(axis=1)
-    return float((T[0] - T[1] + T[2] - T[3]) / (4.0 * _GAIN_STEP * f))
 
 
 def maps_of(scenario: Scenario) -> dict[str, dict[str, Any]]:

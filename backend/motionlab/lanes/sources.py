@@ -17,6 +17,7 @@ SOURCES = (
     "force_sharing/*.py",
     "force_sharing/functions/*.py",
     "kernel/accumulator.py",
+    "kernel/force_gain.py",
     "kernel/law_calls.py",
     "kernel/layout.py",
     "kernel/motion.py",
@@ -25,6 +26,8 @@ SOURCES = (
     "lanes/*.py",
     "lanes/compiler/*.py",
     "laws/*.py",
+    "loop/lane_*.py",
+    "loop/matrices.py",
     "plant/*.py",
     "telemetry/channels.py",
 )

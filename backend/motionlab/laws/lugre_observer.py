@@ -93,6 +93,7 @@ def lane(values: Mapping[str, Any], friction: LuGre) -> LuGreObserver:
     )
 
 
+@compiled
 def sliding_bristle(friction: LuGre, v: float) -> float:
     """Return the bristle state of sliding at `v`, m; eq. (21) with dz/dt = 0."""
     if v == 0.0:

@@ -14,14 +14,8 @@ from motionlab.config.quantity import si
 from motionlab.config.scenario import Scenario
 from motionlab.kernel.force_maps import map_digests
 from motionlab.lanes.bank import TABLES
-from motionlab.loop.family import Figures, LoopKey, family_of
-from motionlab.loop.linearise import (
-    SLIDING,
-    NoLinearisation,
-    linearise,
-    parameters,
-    stability_limits,
-)
+from motionlab.loop.family import Figures, GainLimits, LoopFamily, LoopKey, family_of
+from motionlab.loop.linearise import SLIDING, NoLinearisation, linearise, parameters
 from motionlab.loop.margins import margins
 
 
@@ -117,20 +111,19 @@ def _axis(scenario: Scenario, variant: str, axis: str) -> LoopOfAxis:
 @functools.lru_cache(maxsize=64)
 def _loop_of_axis(key: LoopKey) -> LoopOfAxis:
     loop = key.scenario, key.variant, key.axis
-    sliding = _at(*loop, SLIDING)
+    family, gains = family_of(*loop), getattr(key.scenario.variants[key.variant].controller, key.axis)
+    stuck, sliding = family.limits(gains.k_p, gains.k_d)
     return LoopOfAxis(
-        **sliding,
-        standstill=LoopAt(**_at(*loop, 0.0)),
-        worst=_worst(*loop),
+        **_at(*loop, SLIDING, sliding),
+        standstill=LoopAt(**_at(*loop, 0.0, stuck)),
+        worst=_worst(family, gains.k_p, gains.k_d),
     )
 
 
-def _worst(scenario: Scenario, variant: str, axis: str) -> WorstOfAxis:
-    family = family_of(scenario, variant, axis)
-    gains = getattr(scenario.variants[variant].controller, axis)
-    radii = family.radii(np.array(gains.k_p), np.array(gains.k_d))
+def _worst(family: LoopFamily, k_p: float, k_d: float) -> WorstOfAxis:
+    radii = family.radii(np.array(k_p), np.array(k_d))
     stable = bool(radii.max() < 1.0)
-    figures = family.figures(gains.k_p, gains.k_d)._asdict() if stable else {}
+    figures = family.figures(k_p, k_d)._asdict() if stable else {}
     return WorstOfAxis(
         stable=stable,
         velocity=float(family.velocity[radii.argmax()]),
@@ -143,14 +136,15 @@ def _worst(scenario: Scenario, variant: str, axis: str) -> WorstOfAxis:
     )
 
 
-def _at(scenario: Scenario, variant: str, axis: str, speed: float) -> dict[str, Any]:
+def _at(
+    scenario: Scenario, variant: str, axis: str, speed: float, limits: GainLimits
+) -> dict[str, Any]:
     """Return the figures of a loop at a velocity in Stribeck velocities."""
     v = speed * getattr(scenario.plant, axis).friction.v_s
     loop = linearise(scenario, variant, axis, v=v)
-    limits = stability_limits(scenario, variant, axis, speed)
     return {
         "velocity": v,
         "stable": loop.stable,
-        **{f"{gain}_limit": limit for gain, limit in limits.items()},
+        **{f"{gain}_limit": limit for gain, limit in limits._asdict().items()},
         **vars(margins(loop.open)),
     }

@@ -1,15 +1,9 @@
-"""The loops of one axis over its gains: stability, its boundary, margins, without a simulation.
-
-In the force ``u = k_p e + k_d de/dt`` the gains are factors, and everything else of the controller
-is linear: the open loop and the closed loop's matrix are affine in k_p and k_d. Three
-linearisations therefore give every loop of the plane of gains, at each velocity.
-"""
+"""The loops of one axis over its gains: stability, its boundary, margins, without a simulation."""
 
 from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -17,22 +11,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.scenario import Scenario
+from motionlab.kernel.force_gain import lanes_of
 from motionlab.kernel.force_maps import map_digests
+from motionlab.kernel.layout import Parameters
+from motionlab.lanes import cached
 from motionlab.lanes.bank import TABLES
+from motionlab.loop.lane_loops import UNIT, Loops, close_loops, empty_loops, stability
+from motionlab.loop.lane_margins import sample_responses, short_systems, worst_margins
 from motionlab.loop.linearise import (
     SLIDING,
-    Loop,
-    Parameters,
-    StateSpace,
-    controller_about,
     parameters,
-    plant_about,
+    plant_gains,
+    write_controller,
+    write_plants,
 )
-from motionlab.loop.margins import GRID, sampled
-from motionlab.timing import CONTROL_PERIOD
 
 Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 SLOWEST = 0.5
 SPEEDS = tuple(np.geomspace(SLOWEST, SLIDING, 11).tolist())
@@ -48,6 +42,13 @@ class VelocityMargin(NamedTuple):
 
     value: float
     velocity: float  # m/s; 0: stuck
+
+
+class GainLimits(NamedTuple):
+    """Nearest gains at which stability changes; None beyond a factor of 1000."""
+
+    k_p: float | None  # N/m
+    k_d: float | None  # N s/m
 
 
 class Figures(NamedTuple):
@@ -68,7 +69,6 @@ class Figures(NamedTuple):
     Ms: VelocityMargin
 
 
-@dataclass(frozen=True)
 class LoopFamily:
     """The loops of one axis of one variant for any gains, at one or several velocities.
 
@@ -76,35 +76,15 @@ class LoopFamily:
     ----------
     velocity : ndarray, shape (v,)
         m/s; the first may be 0, stuck, the others are evenly spaced in their logarithms.
-    plants : list of StateSpace
-        At each velocity.
-    frequency : ndarray, shape (f,)
-        Hz, closer where a loop changes fast.
-    matrix : ndarray, shape (3, v, n, n)
-        Closed loop without gains, and what each N/m and each N s/m adds to it, of the states whose
-        poles the gains move.
-    fixed : ndarray, shape (v,)
-        Largest modulus of the other poles.
-    response : ndarray of complex, shape (3, v, f)
-        As `matrix`, of the open loop.
     """
 
-    velocity: Array
-    plants: list[StateSpace]
-    frequency: Array
-    matrix: Array
-    fixed: Array
-    response: Complex
+    def __init__(self, velocity: Array) -> None:
+        self.velocity = velocity
+        self._loops = empty_loops(velocity)
 
     @classmethod
     def of(
-        cls,
-        scenario: Scenario,
-        variant: str,
-        axis: str,
-        speeds: tuple[float, ...] = VELOCITIES,
-        *,
-        like: LoopFamily | None = None,
+        cls, scenario: Scenario, variant: str, axis: str, speeds: tuple[float, ...] = VELOCITIES
     ) -> LoopFamily:
         """Return the loops of one axis.
 
@@ -118,9 +98,6 @@ class LoopFamily:
             ``x`` or ``y``.
         speeds : tuple of float
             In Stribeck velocities of the motor; the first may be 0, stuck.
-        like : LoopFamily, optional
-            Loops of the same motor at the same speeds with other numbers in its observers, whose
-            plants and frequencies are taken over.
 
         Raises
         ------
@@ -128,42 +105,43 @@ class LoopFamily:
             For the law ``published-k``, which has no linearisation.
         """
         par = parameters(scenario, variant, axis)
-        velocity = par.friction.v_s * np.array(speeds)
-        plants = like.plants if like else [plant_about(par, v) for v in velocity]
-
-        def loops(k_p: float, k_d: float) -> list[Loop]:
-            with_gains = par._replace(controller=par.controller._replace(k_p=k_p, k_d=k_d))
-            at = zip(plants, velocity, strict=True)
-            return [Loop(plant, controller_about(with_gains, v)) for plant, v in at]
-
-        corners = [loops(0.0, 0.0), loops(_UNIT, 0.0), loops(0.0, _UNIT)]
-        closed = _affine(np.array([[loop.closed() for loop in corner] for corner in corners]))
-        moved = _moved(closed)
-        kept = np.flatnonzero(~moved)
-        frequency = like.frequency if like else _frequencies(loops(_UNIT, _UNIT))
-        return cls(
-            velocity,
-            plants,
-            frequency,
-            closed[:, :, moved][..., moved],
-            _radius(closed[0][:, kept[:, None], kept]),
-            _responses(corners, frequency),
-        )
+        family = cls(par.friction.v_s * np.array(speeds))
+        velocity, loops, numbers = family.velocity, family._loops, lanes_of(par)
+        gains = plant_gains(par, velocity)
+        plant_states = write_plants(numbers, velocity, gains, loops.plant, False)
+        controller_states = 0
+        for corner, (k_p, k_d) in enumerate(((0.0, 0.0), (UNIT, 0.0), (0.0, UNIT))):
+            for v, system in zip(velocity, loops.controller[corner], strict=True):
+                controller_states = write_controller(numbers, k_p, k_d, v, system)
+        _join(loops, plant_states, controller_states)
+        return family
 
     def radii(self, k_p: Array, k_d: Array) -> Array:
         """Return the largest modulus of the poles at each velocity, shape (..., v)."""
-        free, p, d = self.matrix
-        closed = free + k_p[..., None, None, None] * p + k_d[..., None, None, None] * d
-        return np.maximum(_radius(closed), self.fixed)
+        p, d = np.broadcast_arrays(np.asarray(k_p, dtype=float), np.asarray(k_d, dtype=float))
+        radii = np.empty((p.size, len(self.velocity)))
+        _stability(self._loops, p.ravel(), d.ravel(), radii, np.empty((0, 2)))
+        return radii.reshape(*p.shape, -1)
 
     def radius(self, k_p: Array, k_d: Array) -> Array:
         """Return the largest modulus at any velocity, shape of `k_p` and `k_d`; stable below 1."""
         return self.radii(k_p, k_d).max(axis=-1)
 
+    def limits(self, k_p: float, k_d: float) -> tuple[GainLimits, GainLimits]:
+        """Return the nearest gains at which stability changes, at the first and last velocity.
+
+        Each gain is moved alone, up from a stable loop and down from an unstable one.
+        """
+        limits = np.empty((2, 2))
+        gains = np.array([k_p]), np.array([k_d])
+        _stability(self._loops, *gains, np.empty((1, len(self.velocity))), limits)
+        first, last = ([None if math.isnan(each) else each for each in row] for row in limits.tolist())
+        return GainLimits(*first), GainLimits(*last)
+
     def figures(self, k_p: float, k_d: float) -> Figures:
         """Return the worst margins, interpolated between frequencies and between velocities."""
-        worst = self._worst(np.array([k_p]), np.array([k_d]))
-        return Figures(*(VelocityMargin(float(value[0]), float(at[0])) for value, at in worst))
+        (worst,) = self._worst(np.array([k_p]), np.array([k_d])).tolist()
+        return Figures(*(VelocityMargin(*each) for each in worst))
 
     def margins_over(self, k_p: Array, k_d: Array) -> dict[str, Array]:
         """Return the worst margins for many gains, as `figures` gives them for one pair.
@@ -179,51 +157,68 @@ class LoopFamily:
             Fields of `Figures`, NaN where a loop is unstable at any of the velocities, infinite
             where nothing crosses.
         """
-        margins = {name: np.full(len(k_p), math.nan) for name in Figures._fields}
+        values = np.full((len(k_p), len(Figures._fields)), math.nan)
         stable = np.flatnonzero(self.radius(k_p, k_d) < 1.0)
-        for begin in range(0, len(stable), _AT_ONCE):
-            part = stable[begin : begin + _AT_ONCE]
-            for name, (value, _) in zip(margins, self._worst(k_p[part], k_d[part]), strict=True):
-                margins[name][part] = value
-        return margins
+        values[stable] = self._worst(k_p[stable], k_d[stable])[..., 0]
+        return dict(zip(Figures._fields, values.T, strict=True))
 
-    def _worst(self, k_p: Array, k_d: Array) -> list[tuple[Array, Array]]:
-        """Return value and velocity of each of the `Figures` for n pairs of gains, (n,) each."""
-        free, p, d = self.response
-        L = free + k_p[:, None, None] * p + k_d[:, None, None] * d
-        L = L.reshape(-1, L.shape[-1])
-        size = L.real**2 + L.imag**2
-        phase = np.full(len(L), math.inf)
-        row, at_unity = _between(L, size > 1.0, lambda ends: np.log(np.abs(ends)))
-        np.minimum.at(phase, row, np.abs(np.angle(-at_unity)))
-        gain = np.full(len(L), math.inf)  # of its logarithm
-        row, turns = _between(L, L.imag > 0.0, lambda ends: np.angle(-ends))
-        np.minimum.at(gain, row, np.abs(np.log(np.abs(turns))))
-        nearest = np.sqrt((1.0 + 2.0 * L.real + size).min(axis=-1))
-        every = np.concatenate([gain, phase, nearest]).reshape(-1, len(self.velocity))
-        value, velocity = (part.reshape(3, -1) for part in self._least(every))
-        worst = np.exp(value[0]), value[1], 1.0 / np.maximum(value[2], _TINY)
-        return list(zip(worst, velocity, strict=True))
+    def _worst(self, k_p: Array, k_d: Array) -> Array:
+        """Return value and velocity of each of the `Figures` for n pairs of gains, (n, 3, 2)."""
+        worst = np.empty((len(k_p), len(Figures._fields), 2))
+        _worst(self._loops, k_p, k_d, worst)
+        return worst
 
-    def _least(self, values: Array) -> tuple[Array, Array]:
-        """Return the least of (n, v) values over the velocities, on the parabola through it."""
-        count, last = len(values), len(self.velocity) - 1
-        k = values.argmin(axis=1)
-        value, velocity = values[np.arange(count), k], self.velocity[k]
-        slowest = int(self.velocity[0] == 0.0)  # stuck is no neighbour of sliding
-        inside = np.flatnonzero((k > slowest) & (k < last))
-        if not len(inside):
-            return value, velocity
-        middle = k[inside]
-        before, after = values[inside, middle - 1], values[inside, middle + 1]
-        with np.errstate(invalid="ignore"):
-            slope, bend = 0.5 * (after - before), after + before - 2.0 * value[inside]
-        bent = np.isfinite(bend) & (bend != 0.0)
-        inside, middle, slope, bend = inside[bent], middle[bent], slope[bent], bend[bent]
-        step = np.log(self.velocity[middle + 1] / self.velocity[middle])
-        value[inside] = np.maximum(value[inside] - 0.5 * slope**2 / bend, 0.0)
-        velocity[inside] *= np.exp(-step * slope / bend)
-        return value, velocity
+
+@cached
+def _join(loops: Loops, plant_states: int, controller_states: int) -> None:
+    close_loops(loops, plant_states, controller_states)
+    short_systems(loops, plant_states, controller_states)
+    sample_responses(loops)
+
+
+@cached
+def _stability(loops: Loops, k_p: Array, k_d: Array, radii: Array, limits: Array) -> None:
+    stability(loops, k_p, k_d, radii, limits)
+
+
+@cached
+def _worst(loops: Loops, k_p: Array, k_d: Array, worst: Array) -> None:
+    for n in range(len(k_p)):
+        worst_margins(loops, k_p[n], k_d[n], worst[n])
+
+
+@TABLES.lease()
+def stability_limits(
+    scenario: Scenario, variant: str, axis: str, speed: float = SLIDING
+) -> dict[str, float | None]:
+    """Return the nearest gains of one axis at which its loop changes between stable and unstable.
+
+    Each gain is moved alone, up from a stable loop and down from an unstable one.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Motor and controllers.
+    variant : str
+        Which controller.
+    axis : str
+        ``x`` or ``y``.
+    speed : float
+        Sliding velocity, in Stribeck velocities of the motor; 0 is stuck.
+
+    Returns
+    -------
+    dict of str to float or None
+        ``k_p``, N/m, and ``k_d``, N s/m; None where no such gain is found up to a thousandfold.
+
+    Raises
+    ------
+    ConfigError
+        As `linearise`.
+    """
+    gains = getattr(scenario.variants[variant].controller, axis)
+    family = LoopFamily.of(scenario, variant, axis, (speed,))
+    return family.limits(gains.k_p, gains.k_d)[0]._asdict()
 
 
 @dataclass(frozen=True)
@@ -257,57 +252,6 @@ def family_of(scenario: Scenario, variant: str, axis: str) -> LoopFamily:
     return _family(LoopKey((without, map_digests([(0, scenario)])), scenario, variant, axis))
 
 
-_AT_ONCE = 128
-"""Pairs of gains whose open loops are held at once: 6 MB with 11 velocities, 274 frequencies."""
-_EVERY, _CHANGE = 4, 0.12
-"""Initial stride over the frequency grid, and the largest change of L between neighbours: that of
-one such step at 40 dB a decade."""
-_UNIT = 1e3
-"""Gains large enough for differences: N/m, and N s/m."""
-_TINY = 1e-12
-"""Numerical floor of the distance from -1."""
-
-
-def _affine(corners: Array) -> Array:
-    """Return the value without gains and its slope over each gain."""
-    return np.stack([corners[0], *((corner - corners[0]) / _UNIT for corner in corners[1:])])
-
-
-def _moved(closed: Array) -> NDArray[np.bool_]:
-    """Return the states whose poles gains move: their loop holds an entry with a gain in it.
-
-    States that drive one another in a ring share poles; those of different rings do not.
-    """
-    from scipy.sparse.csgraph import connected_components
-
-    _, ring = connected_components((closed != 0.0).any(axis=(0, 1)), connection="strong")
-    rows, columns = np.nonzero((closed[1:] != 0.0).any(axis=(0, 1)))
-    return np.isin(ring, ring[rows[ring[rows] == ring[columns]]])
-
-
-def _radius(matrix: Array) -> Array:
-    return np.abs(np.linalg.eigvals(matrix)).max(axis=-1, initial=0.0)
-
-
-def _frequencies(loops: list[Loop]) -> Array:
-    """Return frequencies, Hz, close enough for each of some loops."""
-    begin = np.append(GRID[::_EVERY], GRID[-1])
-    grid, _ = sampled(lambda some: np.stack([loop.open(some) for loop in loops]), begin, _CHANGE)
-    return grid
-
-
-def _responses(corners: list[list[Loop]], frequency: Array) -> Complex:
-    """Return the open loop without gains and its slope over each gain, at each velocity."""
-    plant = np.stack([loop.plant.response(frequency) for loop in corners[0]])
-    free, with_p = (
-        np.stack([loop.controller.response(frequency) for loop in corner]) for corner in corners[:2]
-    )
-    p = plant * (with_p - free) / _UNIT
-    # k_d acts on the difference of what k_p acts on
-    differenced = -np.expm1(-2j * np.pi * frequency * CONTROL_PERIOD) / CONTROL_PERIOD
-    return np.stack([plant * free, p, p * differenced])
-
-
 def with_gains(scenario: Scenario, variant: str, axis: str, k_p: float, k_d: float) -> Scenario:
     """Return a scenario with other gains on one axis of one variant, N/m and N s/m."""
     owner = scenario.variants[variant]
@@ -316,19 +260,3 @@ def with_gains(scenario: Scenario, variant: str, axis: str, k_p: float, k_d: flo
         update={"controller": owner.controller.model_copy(update={axis: gains})}
     )
     return scenario.model_copy(update={"variants": scenario.variants | {variant: changed}})
-
-
-def _between(
-    L: Complex, side: NDArray[np.bool_], measure: Callable[[Complex], Array]
-) -> tuple[NDArray[np.intp], Complex]:
-    """Return the frequencies at which a measure of L is 0, and L there.
-
-    log abs(L) and arg L are straight between neighbours. A phase that jumps from pi to -pi passes
-    through no 0.
-    """
-    v, f = np.nonzero(side[:, 1:] != side[:, :-1])
-    before, after = L[v, f], L[v, f + 1]
-    begins, ends = measure(before), measure(after)
-    real = (begins * ends < 0.0) & (np.abs(ends - begins) < math.pi)
-    share = begins[real] / (begins[real] - ends[real])
-    return v[real], before[real] * (after[real] / before[real]) ** share

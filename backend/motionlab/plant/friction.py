@@ -51,11 +51,13 @@ def friction_force(friction: LuGre, v: Lanes, z: Lanes) -> Lanes:
 # The same curve on floats and arrays, which lanes are not.
 
 
+@compiled
 def stribeck_fade(v: Any, v_s: float) -> Any:
     """Return ``exp(-(v/v_s)^2)``, the share of stiction above Coulomb friction left at `v`, m/s."""
     return np.exp(-((v / v_s) ** 2))
 
 
+@compiled
 def stribeck_level(v: Any, F_c: float, F_s: float, v_s: float) -> Any:
     """Return the sliding force ``sigma_0 g(v)`` of eq. (22), N, a magnitude without viscosity."""
     return F_c + (F_s - F_c) * stribeck_fade(v, v_s)

@@ -58,6 +58,7 @@ def sampled(
     )
 
 
+@compiled
 def natural(resonance: Resonance, h: float) -> tuple[float, float]:
     """Return ``omega^2`` and ``2 zeta omega`` of a mode sampled at steps of `h` seconds."""
     fade = math.sqrt(resonance.hold * resonance.keep - resonance.drift * resonance.pull)

@@ -9,7 +9,8 @@ from motionlab.config.load import load_scenario
 from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError, FieldError, naming_extras
 from motionlab.executors.progress import first_use
-from motionlab.loop.linearise import SLIDING, StateSpace, stability_limits
+from motionlab.loop.family import stability_limits
+from motionlab.loop.linearise import SLIDING, StateSpace
 from motionlab.loop.linearise import linearise as linearised
 from motionlab.loop.margins import Margins, margins
 from motionlab.scripting.lab import Changes, Source, changes_of, check_number, readable

@@ -15,13 +15,10 @@ from pathlib import Path
 
 from motionlab.config.drawn_path import DrawnPath
 from motionlab.config.load import epochs, load_scenario
-from motionlab.config.planar import AXES
-from motionlab.kernel.build import lane
-from motionlab.kernel.force_maps import force_gain
 from motionlab.kernel.law_calls import all_laws
 from motionlab.lanes import WIDE
 from motionlab.lanes.compiler.cache import cache_folder
-from motionlab.loop.linearise import linearise
+from motionlab.loop.family import LoopFamily
 from motionlab.motor_design.fem.compute import compute
 from motionlab.motor_design.fem.geometry import Geometry
 from motionlab.simulation.batch import run_prepared
@@ -49,7 +46,9 @@ def first_use() -> None:
     changes = {"trajectory": {"kind": "point", "duration": CONTROL_PERIOD}}
     prepared = prepare(load_scenario("circle", changes))
     document(prepared, run(prepared))
-    linearise(prepared.scenario, "A", "x", v=0.0)
+    family = LoopFamily.of(prepared.scenario, "A", "x")
+    family.limits(1.0, 1.0)
+    family.figures(1.0, 1.0)
     for geometry in _GEOMETRIES:
         _check(_LAP | {"geometry": geometry})
     _check(_TIME_OPTIMAL | {"geometry": "spline"})
@@ -92,8 +91,6 @@ def _compile_batches() -> None:
         run_prepared([prepared] * WIDE, threads=1)
         with contextlib.suppress(OSError):
             mark().touch()
-        variant = next(iter(prepared.scenario.variants.values()))
-        force_gain(lane(prepared.scenario, variant.controller, AXES[0]), 1.0)
 
 
 if __name__ == "__main__":

@@ -113,7 +113,6 @@ class Group:
         if shared == self._known[0]:
             return self._known[1]
         controller = self.controller(dict(shared))
-        before: dict[tuple[str, str], LoopFamily] = self._known[1]
         families: dict[tuple[str, str], LoopFamily] = {}
         for name, trials in self.problem.setups.items():
             scenario = trials.scenario
@@ -122,9 +121,7 @@ class Group:
             with_it = scenario.model_copy(update={"variants": {self.problem.variant: changed}})
             for axis in self.axes:
                 try:
-                    families[name, axis] = LoopFamily.of(
-                        with_it, self.problem.variant, axis, like=before.get((name, axis))
-                    )
+                    families[name, axis] = LoopFamily.of(with_it, self.problem.variant, axis)
                 except NoLinearisation:
                     return {}
         self._known[:] = [shared, families]

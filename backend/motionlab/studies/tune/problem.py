@@ -24,7 +24,8 @@ from motionlab.errors import ConfigError, FieldError, Infeasible
 from motionlab.kernel.build import mover_parameters
 from motionlab.kernel.layout import parameter_row
 from motionlab.laws import LAWS
-from motionlab.loop.linearise import SLIDING, linearise, stability_limits
+from motionlab.loop.family import stability_limits
+from motionlab.loop.linearise import SLIDING, linearise
 from motionlab.simulation.batch_runner import BatchRunner, Scores
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.result import plant_name
