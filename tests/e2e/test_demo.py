@@ -19,6 +19,7 @@ from playwright.sync_api import Browser, Page, expect
 from motionlab.analysis.views.ballbar import ballbar
 from motionlab.config.changes import apply_changes
 from motionlab.config.load import load_scenario, validate
+from motionlab.loop.document import loop_document
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.recorded import of_scenario
 from motionlab.simulation.result import document
@@ -111,6 +112,18 @@ def agree(axes: dict[str, Any], scenario: str, changes: dict[str, Any], variant:
     for axis, metrics in metrics_of(scenario, changes, variant).items():
         for name in (MAX, RMS, "max_abs_position_error"):
             assert abs(axes[axis][name] - metrics[name]) <= COUNT, (axis, name)
+
+
+def test_margins_are_the_servers(demo: Page, host: Host) -> None:
+    opened(demo, host)
+    set_field(demo, "B k_p x, N/mm", "300")
+    computed(demo)
+    loops = loop_document(load_scenario("circle", {"variants.B.controller.x.k_p": 3e5}))
+    for variant, axis in (("A", "y"), ("B", "x")):
+        worst = loops.variants[variant].axes[axis].worst
+        assert worst.Ms is not None
+        line = demo.get_by_role("group", name=f"{variant} {axis} margins")
+        expect(line).to_contain_text(f"{worst.Ms.value:.2f}")
 
 
 def test_a_gain_is_dragged_and_the_metrics_are_the_servers(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
+import math
 import struct
 from typing import Any
 
@@ -80,6 +81,28 @@ def test_a_dragged_gain_is_previewed_in_the_page(page: Page, server: Server) -> 
             assert abs(window["axes"][axis][name] - metrics[name]) <= COUNT, (axis, name)
     for name, value in exact["contour"].items():
         assert abs(window["contour"][name] - value) <= COUNT, name
+
+
+@pytest.mark.usefixtures("fresh", "unopened")
+def test_margins_follow_a_dragged_gain_without_the_server(page: Page, server: Server) -> None:
+    page.add_init_script(LISTEN)
+    page.goto(server.url)
+    expect(page.locator(".badge.exact").first).to_be_visible(timeout=LONG)
+    page.wait_for_function("() => window.answers.B", timeout=LONG)
+    page.route(f"**{API}/loop", lambda _: None)  # never answered
+    own = page.evaluate(DRAG, [0.3, 0.4, 0.5])["loops"]["axes"]["x"]
+    shown = page.get_by_role("textbox", name="B k_p x, N/mm").input_value()
+    body = {"scenario": "circle", "set": {"variants.B.controller.x.k_p": 1e3 * float(shown)}}
+    loops = page.request.post(f"{server.url}{API}/loop", data=body).json()["variants"]
+    exact = loops["B"]["axes"]["x"]
+    worst = exact["worst"]
+    for name in ("gain_margin", "phase_margin", "Ms"):
+        assert own["worst"][name]["value"] == pytest.approx(worst[name]["value"], rel=1e-3)
+    for name in ("k_p_limit", "k_d_limit"):
+        assert own[name] == pytest.approx(exact[name], rel=1e-3)
+    line = page.get_by_role("group", name="B x margins")
+    expect(line).to_contain_text(f"{own['worst']['Ms']['value']:.2f}")
+    expect(line).to_contain_text(f"{math.degrees(own['worst']['phase_margin']['value']):.1f}°")
 
 
 def agree(own: dict[str, Any], exact: dict[str, Any]) -> bool:

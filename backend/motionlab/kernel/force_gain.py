@@ -54,28 +54,31 @@ def force_gains(par: Parameters, tables: Array | None, forces: Array, gains: Arr
     """
     amplifiers, width = par.amplifiers, par.amplifiers.limit
     step = par.force_map.formula.tau * (1.0 / _GAIN_POSITIONS)
-    reach = width * 0.0 + _BEYOND
-    for k in range(2 * _GAIN_POSITIONS):
-        sense = 1.0 - 2.0 * (k % 2)
-        most = share_force(par.force_model, tables, step * (k // 2), reach * 0.0 + sense * _BEYOND)
-        reach = select(abs(most.force) < reach, abs(most.force), reach)
-    for row in range(forces.shape[0]):
-        f = unpack(Force, forces[row], 0, width).force
+    reach, none = width * 0.0 + _BEYOND, width * 0.0
+    # The largest forces come first: `share_force` stands in one place, as its code is long.
+    for row in range(-1, forces.shape[0]):
+        f = unpack(Force, forces[max(row, 0)], 0, width).force
         f = select(f < _GAIN_AT, _GAIN_AT, f)
         f = select(f > 0.5 * reach, 0.5 * reach, f)
-        T = width * 0.0
+        f = none + _BEYOND if row < 0 else f
+        T = none
         for k in range(4 * _GAIN_POSITIONS):
             sense, more = 1.0 - 2.0 * (k % 2), 1.0 - 2.0 * (k // 2 % 2)
             position = step * (k // 4)
             command = f * (sense * (1.0 + more * _GAIN_STEP))
-            i = share_force(par.force_model, tables, position, command).current
+            share = share_force(par.force_model, tables, position, command)
+            if row < 0:
+                reach = select(abs(share.force) < reach, abs(share.force), reach)
+                continue
+            i = share.current
             current = Phases(
                 amplifiers.gain_a * i.a + amplifiers.offset_a,
                 amplifiers.gain_b * i.b + amplifiers.offset_b,
                 amplifiers.gain_c * i.c + amplifiers.offset_c,
             )
             T = T + (sense * more) * thrust_of(par.force_map, tables, position, current)
-        pack(Force(T / ((4.0 * _GAIN_STEP * _GAIN_POSITIONS) * f)), gains[row])
+        if row >= 0:
+            pack(Force(T / ((4.0 * _GAIN_STEP * _GAIN_POSITIONS) * f)), gains[row])
 
 
 def force_gain(par: Parameters, force: Array) -> Array:

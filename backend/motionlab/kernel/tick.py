@@ -60,8 +60,10 @@ from motionlab.telemetry.channels import Sample
 from motionlab.timing import PLANT_STEP, SUBSTEPS
 
 
-class _EncoderSample(NamedTuple):
-    p: Lanes
+class EncoderSample(NamedTuple):
+    """What the encoder reads."""
+
+    p: Lanes  # m
 
 
 class Signals(NamedTuple):
@@ -300,7 +302,7 @@ def control_once(
     par = groups(parameters, width)
     s = read_state(state, width)
     mode = flush_subnormals()
-    measured = unpack(_EncoderSample, p_meas, 0, width).p
+    measured = unpack(EncoderSample, p_meas, 0, width).p
     memory, made, _ = control(par, s, axes_at(Inputs, inputs, 0), measured, None, laws, None)
     acting = in_effect(par, s.pending, made)
     restore_mode(mode)

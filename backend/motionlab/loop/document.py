@@ -111,7 +111,8 @@ def _axis(scenario: Scenario, variant: str, axis: str) -> LoopOfAxis:
 @functools.lru_cache(maxsize=64)
 def _loop_of_axis(key: LoopKey) -> LoopOfAxis:
     loop = key.scenario, key.variant, key.axis
-    family, gains = family_of(*loop), getattr(key.scenario.variants[key.variant].controller, key.axis)
+    family = family_of(*loop)
+    gains = getattr(key.scenario.variants[key.variant].controller, key.axis)
     stuck, sliding = family.limits(gains.k_p, gains.k_d)
     return LoopOfAxis(
         **_at(*loop, SLIDING, sliding),

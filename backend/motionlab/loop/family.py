@@ -135,8 +135,8 @@ class LoopFamily:
         limits = np.empty((2, 2))
         gains = np.array([k_p]), np.array([k_d])
         _stability(self._loops, *gains, np.empty((1, len(self.velocity))), limits)
-        first, last = ([None if math.isnan(each) else each for each in row] for row in limits.tolist())
-        return GainLimits(*first), GainLimits(*last)
+        known = [[None if math.isnan(each) else each for each in row] for row in limits.tolist()]
+        return GainLimits(*known[0]), GainLimits(*known[1])
 
     def figures(self, k_p: float, k_d: float) -> Figures:
         """Return the worst margins, interpolated between frequencies and between velocities."""

@@ -51,7 +51,7 @@ _P_LAST, _V_LAST, _E_LAST = (state_row(f"memory.{name}") for name in ("p_last", 
 _D = state_row("memory.d")
 _ACTING, _PENDING = state_row("acting.force"), state_row("pending.force")
 _ESTIMATE, _ADDED, _COMMAND = 1, 2, 4
-"""Place of the estimate and of what is added of it after the force, and how many are no currents."""
+"""Places of the estimate and of its added part after the force, and numbers before currents."""
 _AGE, _FAILED = state_row("age"), state_row("failed")
 _V_REF = Inputs._fields.index("v_ref")
 
@@ -174,8 +174,10 @@ def write_probes(  # noqa: PLR0913, PLR0917 - what a state is made of
     measured : ndarray, shape (1, lanes)
         Overwritten.
     """
-    force = 0.0 if v == 0.0 else math.copysign(
-        sliding_force(friction_of(numbers, MODEL_FRICTION), v), v
+    force = (
+        0.0
+        if v == 0.0
+        else math.copysign(sliding_force(friction_of(numbers, MODEL_FRICTION), v), v)
     )
     added = force if numbers[_ENABLED, 0] > 0.0 else 0.0
     for lane in range(states.shape[1]):

@@ -23,7 +23,7 @@ Complex = NDArray[np.complex128]
 
 STATES = CONTROLLER_SIZE + PLANT_SIZE - 2
 """States of a closed loop at most."""
-MOST_FREQUENCIES = 2048
+MOST_FREQUENCIES = 1024
 """Frequencies of a family at most; a grid that is full stays as coarse as it is."""
 UNIT = 1e3
 """Gains large enough for differences: N/m, and N s/m."""
@@ -132,7 +132,7 @@ def _closed(plant: Array, controller: Array, n: int, c: int, i: int, j: int) -> 
 
 
 @compiled
-def _moved_first(loops: Loops, m: int, leads: Array, moved: Array) -> int:
+def _moved_first(loops: Loops, m: int, leads: Array, moved: Array) -> int:  # noqa: PLR0912
     """Put the states first whose poles gains move: their ring holds an entry with a gain in it.
 
     States that drive one another in a ring share poles; those of different rings do not.

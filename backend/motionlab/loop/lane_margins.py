@@ -215,7 +215,8 @@ def _least(velocity: Array, values: Array) -> tuple[float, float]:
     value, at = values[k], velocity[k]
     slowest = 1 if velocity[0] == 0.0 else 0  # stuck is no neighbour of sliding
     if slowest < k < len(velocity) - 1:
-        slope, bend = 0.5 * (values[k + 1] - values[k - 1]), values[k + 1] + values[k - 1] - 2.0 * value
+        before, after = values[k - 1], values[k + 1]
+        slope, bend = 0.5 * (after - before), after + before - 2.0 * value
         if abs(bend) < math.inf and bend != 0.0:
             value = max(value - 0.5 * slope * slope / bend, 0.0)
             at *= math.exp(-math.log(velocity[k + 1] / velocity[k]) * slope / bend)

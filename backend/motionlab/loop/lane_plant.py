@@ -73,7 +73,13 @@ def _bristle(f: LuGre, v: float) -> tuple[float, float]:
 
 @compiled
 def plant_about(  # noqa: PLR0913, PLR0917 - what it depends on, and where it goes
-    numbers: Array, v: float, gain: float, disturbance: bool, system: Array, A: Array, product: Array
+    numbers: Array,
+    v: float,
+    gain: float,
+    disturbance: bool,
+    system: Array,
+    A: Array,
+    product: Array,
 ) -> int:
     """Write the sampled plant about a velocity as a system; return the number of its states.
 
@@ -130,6 +136,6 @@ def plant_about(  # noqa: PLR0913, PLR0917 - what it depends on, and where it go
     exponential_less_one(A, n + 1, system, product)
     for i in range(n):
         system[i, i] += 1.0
-        system[n, i] = 1.0 if i == 0 or i == 4 else 0.0
+        system[n, i] = 1.0 if i == 0 or i == 4 else 0.0  # noqa: PLR1714 - a set is an object
     system[n, n] = 0.0
     return n

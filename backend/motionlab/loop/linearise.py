@@ -47,6 +47,9 @@ SLIDING = 4.0
 falls with velocity, and no sticking stabilises the loop."""
 
 
+QUOTIENT = "has no linearisation: its K is a quotient that passes through 0/0"
+
+
 class NoLinearisation(ConfigError):
     """A law that cannot be linearised."""
 
@@ -178,7 +181,7 @@ def parameters(scenario: Scenario, variant: str, axis: str) -> Parameters:
         raise NoLinearisation(
             FieldError(
                 loc=f"variants.{variant}.controller.compensation.{field}",
-                message="has no linearisation: its K is a quotient that passes through 0/0",
+                message=QUOTIENT,
                 value=getattr(compensation, field),
             )
         )
@@ -254,7 +257,7 @@ def write_controller(numbers: Array, k_p: float, k_d: float, v: float, system: A
 
 
 @cached
-def _begin(
+def _begin(  # noqa: PLR0913, PLR0917 - as `about`
     numbers: Array, k_p: float, k_d: float, v: float, inputs: Array, sliding: Array
 ) -> int:
     linear_numbers(numbers, k_p, k_d)
@@ -262,7 +265,7 @@ def _begin(
 
 
 @cached
-def _probe(
+def _probe(  # noqa: PLR0913, PLR0917 - as `write_probes`
     first: int,
     numbers: Array,
     v: float,

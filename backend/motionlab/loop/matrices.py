@@ -169,7 +169,9 @@ def largest_modulus(A: Array, n: int) -> float:
 
 
 @compiled
-def _double_step(A: Array, first: int, last: int, x: float, y: float, w: float) -> None:  # noqa: PLR0913, PLR0917
+def _double_step(  # noqa: PLR0912, PLR0913, PLR0917 - EISPACK's
+    A: Array, first: int, last: int, x: float, y: float, w: float
+) -> None:
     """Do one QR iteration with two shifts, of sum x + y and product x y - w."""
     p = q = r = 0.0
     start = last - 2

@@ -5,9 +5,11 @@ It runs in a process whose numba compiles for a generic processor; see `motionla
 
 from __future__ import annotations
 
+import functools
 import json
 import re
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +21,11 @@ import motionlab.lanes.compiler  # noqa: F401 - numba learns the lanes' types
 from motionlab.kernel.accumulator import Tally
 from motionlab.kernel.layout import PARAMETERS, STATES, Inputs
 from motionlab.lanes import module_hash
-from motionlab.targets.wasm_exports import EXPORTS, LANES, Block, Export
+from motionlab.loop.family import VELOCITIES
+from motionlab.loop.linearise import QUOTIENT
+from motionlab.targets.wasm_exports import EXPORTS, LANES, LOOP_BYTES, Block, Export
+from motionlab.targets.wasm_laws import quotients
+from motionlab.targets.wasm_math import FUNCTIONS
 from motionlab.targets.wasm_module import module_of, with_custom_section
 from motionlab.telemetry.channels import CHANNELS
 from motionlab.timing import CONTROL_PERIOD
@@ -43,6 +49,8 @@ def description() -> dict[str, Any]:
         "inputs": Inputs._fields,
         "channels": [channel.name for channel in CHANNELS],
         "tally": Tally._fields,
+        "loops": {"speeds": VELOCITIES, "blocks": LOOP_BYTES},
+        "quotients": {"laws": quotients(), "message": QUOTIENT},
         "exports": {each.function.__name__: _names(each) for each in EXPORTS},
     }
 
@@ -56,6 +64,8 @@ def compile_module() -> bytes:
     whole = llvm.parse_assembly("")
     for export in EXPORTS:
         whole.link_in(_compiled(export, machine))
+    for function, parameters in FUNCTIONS.items():
+        whole.link_in(_library_function(function, parameters, machine))
     names = [export.function.__name__ for export in EXPORTS]
     module = module_of(machine.emit_object(whole), names)
     return with_custom_section(module, SECTION, json.dumps(description()).encode())
@@ -64,23 +74,63 @@ def compile_module() -> bytes:
 def _compiled(export: Export, machine: Any) -> Any:
     """Return an export as LLVM's module for the machine, in which nothing else is visible."""
     signature = types.void(*(_type(each) for each in export.parameters))
+    entry = functools.partial(_entry, export)
+    return _module(export.function, signature, entry, machine, small=export.small)
+
+
+def _library_function(function: Any, parameters: int, machine: Any) -> Any:
+    """Return a function on numbers as LLVM's module, called by its name as in the C library."""
+    doubles = ", ".join(f"double %x{k}" for k in range(parameters))
+
+    def entry(inner: str) -> str:
+        kinds = ", ".join(["double"] * parameters)
+        return f"""
+declare i32 @"{inner}"(ptr, ptr, {kinds})
+
+define double @{function.__name__}({doubles}) {{
+  %result = alloca double
+  %exception = alloca ptr
+  %status = call i32 @"{inner}"(ptr %result, ptr %exception, {doubles})
+  %value = load double, ptr %result
+  ret double %value
+}}
+"""
+
+    signature = types.float64(*[types.float64] * parameters)
+    return _module(function, signature, entry, machine, small=True)
+
+
+def _module(
+    function: Any,
+    signature: Any,
+    entry: Callable[[str], str],
+    machine: Any,
+    *,
+    small: bool = False,
+) -> Any:
+    """Return a function as LLVM's module, of which only the entry of its name is visible."""
     options = {"error_model": "numpy", "_nrt": False}  # arrays belong to the page
-    dispatcher: Any = numba.njit([signature], **options)(export.function)
+    dispatcher: Any = numba.njit([signature], **options)(function)
     (overload,) = dispatcher.overloads.values()
-    name, inner = export.function.__name__, overload.fndesc.llvm_func_name
+    name, inner = function.__name__, overload.fndesc.llvm_func_name
     code = overload.library.get_llvm_str()
     # numba compiles for this machine's memory layout, which is no part of what the code does.
     for key, value in (("datalayout", machine.target_data), ("triple", machine.triple)):
         code = re.sub(f"^target {key} = .*$", f'target {key} = "{value}"', code, flags=re.M)
     module = llvm.parse_assembly(code)
-    module.link_in(llvm.parse_assembly(_entry(export, inner)))
-    for function in module.functions:
-        if function.name != name and not function.is_declaration:
-            function.linkage = "internal"
-            function.add_function_attribute("alwaysinline")  # calls with results need a stack
+    module.link_in(llvm.parse_assembly(entry(inner)))
+    for each in module.functions:
+        if each.name != name and not each.is_declaration:
+            each.linkage = "internal"
+            each.add_function_attribute("alwaysinline")  # calls with results need a stack
     for variable in module.global_variables:
         variable.linkage = "internal"
     tuning = llvm.create_pipeline_tuning_options(speed_level=_OPTIMISATION)
+    if small:
+        tuning.loop_vectorization = tuning.slp_vectorization = tuning.loop_unrolling = False
+        for each in module.functions:
+            if not each.is_declaration:
+                each.add_function_attribute("optsize")
     passes = llvm.create_pass_builder(machine, tuning)
     passes.getModulePassManager().run(module, passes)
     return module

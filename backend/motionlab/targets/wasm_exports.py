@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import float32, float64, int64
+from numba import complex128, float32, float64, int64
 from numpy.typing import NDArray
 
 from motionlab.analysis.contouring import write_nearest
-from motionlab.config.planar import AXES
 from motionlab.kernel.accumulator import TALLY_ROWS, Tally, Target, one_more
 from motionlab.kernel.law_calls import adopt_states
 from motionlab.kernel.layout import (
@@ -35,7 +35,12 @@ from motionlab.kernel.score import measured
 from motionlab.kernel.tick import act, command, measured_position, observe_motion
 from motionlab.lanes import Lanes, axes_at, compiled, pack, record, recorded, select, unpack
 from motionlab.lanes.bank import NUMBERS_MOST
+from motionlab.loop.family import VELOCITIES
+from motionlab.loop.lane_controller import CONTROLLER_SIZE
+from motionlab.loop.lane_loops import MOST_FREQUENCIES, MOST_VELOCITIES, ROWS_OF_SIZES, STATES
+from motionlab.loop.lane_plant import PLANT_SIZE
 from motionlab.targets.wasm_laws import estimate_friction
+from motionlab.targets.wasm_loops import LANES, linearise, margins
 from motionlab.telemetry.channels import Sample
 from motionlab.telemetry.decimate import write_extremes
 from motionlab.timing import CONTROL_PERIOD
@@ -43,7 +48,6 @@ from motionlab.timing import CONTROL_PERIOD
 Array = NDArray[np.float64]
 Samples = NDArray[np.float32]
 
-LANES = len(AXES)
 _TRACE = 1e-60  # A; its square is far from subnormal
 
 
@@ -71,10 +75,14 @@ class Block:
 
 @dataclass(frozen=True)
 class Export:
-    """A function of the module: its parameters are blocks, and whole numbers by name."""
+    """A function of the module: its parameters are blocks, and whole numbers by name.
+
+    One that is `small` is optimised for its size.
+    """
 
     function: Callable[..., None]
     parameters: tuple[Block | str, ...]
+    small: bool = False
 
 
 @compiled
@@ -159,6 +167,40 @@ _SAMPLES = Block("samples", float32, ("ticks", SAMPLE_ROWS, LANES))
 _ERRORS = Block("following_error", float32, ("ticks", LANES), (SAMPLE_ROWS * LANES, 1))
 _TALLY = Block("tally", float64, (TALLY_ROWS, LANES))
 _TABLES = Block("tables", float64, (NUMBERS_MOST,))
+_SPEEDS = len(VELOCITIES)
+_LOOPS = (
+    Block("velocity", float64, (_SPEEDS,)),
+    Block("plant", float64, (_SPEEDS, PLANT_SIZE, PLANT_SIZE)),
+    Block("controller", float64, (3, _SPEEDS, CONTROLLER_SIZE, CONTROLLER_SIZE)),
+    Block("matrix", float64, (3, _SPEEDS, STATES, STATES)),
+    Block("fixed", float64, (_SPEEDS,)),
+    Block("frequency", float64, (MOST_FREQUENCIES,)),
+    Block("response", complex128, (2, _SPEEDS, MOST_FREQUENCIES)),
+    Block("sizes", float64, (ROWS_OF_SIZES, MOST_VELOCITIES)),
+    Block("work", float64, (2, STATES + 1, STATES + 1)),
+    Block("upper", complex128, (STATES, STATES + 1)),
+)
+_LINEARISE = (
+    Block("numbers", float64, (PARAMETER_ROWS, LANES)),
+    Block("probes", float64, (STATE_ROWS, LANES)),
+    Block("reference", float64, (1, INPUT_ROWS, LANES)),
+    Block("measured", float64, (1, LANES)),
+    Block("sliding", float64, (len(LawState._fields),)),
+    Block("forces", float64, (-(-_SPEEDS // LANES), 1, LANES)),
+)
+_MARGINS = (
+    Block("gains", float64, (2, 1)),
+    Block("radii", float64, (1, _SPEEDS)),
+    Block("limits", float64, (2, 2)),
+    Block("worst", float64, (3, 2)),
+)
+
+_SPEED = Block("speeds", float64, (_SPEEDS,))
+LOOP_BYTES = {
+    block.name: block.element.bitwidth // 8 * math.prod(block.shape)
+    for block in (_SPEED, *_LOOPS, *_LINEARISE, *_MARGINS)
+}
+"""Bytes of the arrays of one loop, by name."""
 
 EXPORTS = (
     Export(run, (_PARAMETERS, _STATE, _INPUTS, _SAMPLES)),
@@ -183,5 +225,11 @@ EXPORTS = (
             Block("points", float64, ("ticks", 6)),
         ),
     ),
+    Export(
+        linearise,
+        (_PARAMETERS, "axis", _TABLES, _SPEED, *_LOOPS, *_LINEARISE),
+        small=True,
+    ),
+    Export(margins, (_PARAMETERS, "axis", *_LOOPS, *_MARGINS), small=True),
 )
 """Every function; its parameters in the module are these, then the sizes in order of mention."""

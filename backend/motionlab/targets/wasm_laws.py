@@ -19,6 +19,20 @@ def _lanes(value: Lanes, known: Seen) -> Lanes:
     return select(known.age >= 0.0, value, value)
 
 
+def quotients() -> list[list[str]]:
+    """Return of each law, by number, the parameters above 0 with which it has no linearisation."""
+    names = []
+    for law in LAWS_BY_NUMBER:
+        zero = dict.fromkeys(law.Parameters._fields, 0.0)
+        rows = [
+            f"law.p_{row}"
+            for row, name in enumerate(zero)
+            if law.quotient({**zero, name: 1.0}) is not None
+        ]
+        names.append(["compensation.enabled"] if law.quotient(zero) is not None else rows)
+    return names
+
+
 def _choice() -> Choice:
     """Return the function that calls a law by its number in the kernel.
 

@@ -1,6 +1,7 @@
 /** The kernel with what lies in its memory: the inputs, and every sample of the latest runs. */
 
 import type { Axis } from './lanes';
+import { type LoopOfVariant, LoopsInPage } from './loops';
 import { Memory } from './memory';
 import { AXES, type About, aboutOf, type Exports, LANES, rowOf } from './module';
 import { divergenceOf } from './divergence';
@@ -12,6 +13,8 @@ const BEYOND = 1;
 /** Numbers of the nearest point of a path; its distance comes first. */
 const POINT = 6;
 const BYTES = 8;
+/** Numbers that are read and discarded where there are no tables. */
+const UNREAD = 64;
 
 /** Of one variant. */
 interface Slot {
@@ -26,6 +29,7 @@ export class Engine {
   private readonly memory: Memory;
   private inputs: Inputs | null = null;
   private slots = new Map<string, Slot>();
+  private loops: LoopsInPage;
   /** Pointers of what runs share. */
   private at = { inputs: 0, tables: 0, path: 0 };
   /** Points of the path, and those before the first tick. */
@@ -36,6 +40,7 @@ export class Engine {
     this.memory = new Memory(most);
     const { exports } = new WebAssembly.Instance(module, { env: { memory: this.memory.memory } });
     this.kernel = exports as unknown as Exports;
+    this.loops = new LoopsInPage(this.about, this.kernel, this.memory);
   }
 
   get bytes(): number {
@@ -47,7 +52,9 @@ export class Engine {
     this.inputs = null;
     this.slots = new Map();
     this.memory.release();
-    const tables = this.memory.put(inputs.tables);
+    this.loops = new LoopsInPage(this.about, this.kernel, this.memory);
+    const none = inputs.tables.length === 0;
+    const tables = this.memory.put(none ? new Float64Array(UNREAD) : inputs.tables);
     this.at = { tables, inputs: this.putInputs(inputs), path: this.putPath(inputs) };
     this.inputs = inputs;
   }
@@ -74,6 +81,7 @@ export class Engine {
     );
     const diverged = ended.length > 0 ? Math.min(...(ended as number[])) : null;
     return {
+      loops: run.linear ? this.linearised(slot, run) : null,
       diverged: diverged === null ? null : this.end(slot, diverged, inputs),
       windows: run.windows.map((window) =>
         diverged === null ? this.figures(slot, run, window, inputs) : noFigures(run.moving),
@@ -93,6 +101,12 @@ export class Engine {
         ? this.extremes(slot, channel, axis, bins)
         : this.reference(inputs, row, axis, bins);
     });
+  }
+
+  /** Of a run in which no parameter changes. */
+  private linearised({ parameters }: Slot, { variant, epochs }: Run): LoopOfVariant | null {
+    const pointers = { parameters, tables: this.at.tables };
+    return epochs[0] ? this.loops.of(variant, epochs[0].parameters, pointers) : null;
   }
 
   private get stride(): number {

@@ -11,6 +11,12 @@ export interface About {
   inputs: readonly string[];
   channels: readonly string[];
   tally: readonly string[];
+  /** Parameters of each function by name. */
+  exports: Readonly<Record<string, readonly string[]>>;
+  /** Where a loop is linearised, in Stribeck velocities, and the bytes of its arrays. */
+  loops: { speeds: readonly number[]; blocks: Readonly<Record<string, number>> };
+  /** Parameters above 0 with which a law, by number, has no linearisation, and what is said of it. */
+  quotients: { laws: readonly (readonly string[])[]; message: string };
 }
 
 /** Pointers are byte offsets in the module's memory; docs/targets.md has the arrays. */
@@ -43,6 +49,9 @@ export interface Exports {
     path_ticks: number,
     ticks: number,
   ): void;
+  /** In the order of `About.exports`, as of `margins`. */
+  linearise(...parameters: number[]): void;
+  margins(...parameters: number[]): void;
 }
 
 /** x and y of one variant side by side. */

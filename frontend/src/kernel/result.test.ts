@@ -8,6 +8,7 @@ const run = (itae: number | null, diverged: RunResult['diverged'] = null): RunRe
   diverged,
   windows: [{ axes: { x: { itae } }, contour: { max: 1, rms: 1 } }],
   curves: [],
+  loops: null,
 });
 
 it('an answer is read as it was packed', () => {

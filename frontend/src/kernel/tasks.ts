@@ -1,6 +1,7 @@
 /** Messages between the page and a worker that runs the kernel. */
 
 import type { Axis, WindowHead } from './lanes';
+import type { LoopOfVariant } from './loops';
 import type { Figures } from './metrics';
 
 /** What runs share while only parameters change. */
@@ -40,6 +41,8 @@ export interface Run {
   /** (rows, 2) */
   state: Float64Array;
   tabled: boolean;
+  /** Whether its loops are linearised. */
+  linear: boolean;
   windows: readonly Pick<WindowHead, 'start' | 'end' | 'settling_band' | 'holds'>[];
   moving: readonly Axis[];
   columns: readonly Column[];
@@ -63,6 +66,8 @@ export interface WindowFigures {
 }
 
 export interface RunResult {
+  /** null where none are asked for. */
+  loops: LoopOfVariant | null;
   diverged: Divergence | null;
   windows: WindowFigures[];
   curves: Curve[];

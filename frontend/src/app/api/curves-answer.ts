@@ -1,5 +1,6 @@
 /** Binary answers of the server: a JSON head, then curves as least and most of equal bins. */
 
+import type { LoopOfVariant } from '../../kernel/loops';
 import { type Envelope, StillSource } from '../../plot/source';
 import type { Metrics } from './types';
 
@@ -34,9 +35,11 @@ export interface Preview {
   duration: number;
   period: number;
   source: StillSource;
+  /** Of each variant, from the page; null where the server has to linearise. */
+  loops?: Readonly<Record<string, LoopOfVariant>> | null;
 }
 
-interface Header extends Omit<Preview, 'source'> {
+interface Header extends Omit<Preview, 'source' | 'loops'> {
   time: { start: number; step: number; count: number };
 }
 

@@ -39,7 +39,8 @@ async function kernelOf(
       if (request.kind === 'run') {
         const curves = request.run.columns.map(() => curve(place));
         const figures = { axes: { x: { itae: 1 } }, contour: {} };
-        return Promise.resolve({ diverged: null, windows: [figures], curves });
+        const loops = request.run.linear ? { axes: {}, note: request.run.variant } : null;
+        return Promise.resolve({ diverged: null, windows: [figures], curves, loops });
       }
       if (request.kind !== 'curves') return Promise.resolve(null);
       return Promise.resolve(request.columns.map(() => curve(place)));
@@ -73,6 +74,13 @@ describe('a what-if in the page', () => {
     expect([source.at('x.position_reference', 2), source.at('B.y.thrust', 2)]).toEqual([0, 1]);
     expect([source.start, source.step, source.last]).toEqual([1, 1, 4]);
     expect([result.window, duration]).toEqual([{ start: 1, end: 5 }, 5]);
+  });
+
+  it('has margins of both variants, unless a schedule changes their parameters', async () => {
+    expect((await made.run({ mass: 1 })).loops).toBeNull();
+    const { run } = await kernelOf({ epochs: [0], lanes: new Float64Array(8) });
+    const loops = { A: { axes: {}, note: 'A' }, B: { axes: {}, note: 'B' } };
+    expect((await run({ mass: 1 })).loops).toEqual(loops);
   });
 
   it('asks the server for what the page cannot make', async () => {

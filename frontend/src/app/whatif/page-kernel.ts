@@ -88,7 +88,11 @@ export class PageKernel {
     };
     const { how, first, ticks, period } = lanes;
     const curves = results.map((each) => each.curves);
+    const loops = results.flatMap((each, i) =>
+      each.loops ? [[variants[i] as string, each.loops] as const] : [],
+    );
     return {
+      loops: loops.length === results.length ? Object.fromEntries(loops) : null,
       result: resultOf(lanes, results) as unknown as Metrics,
       how,
       begin: first * period,

@@ -30,6 +30,7 @@ export function runOf(
     epochs,
     state: lanes.state.slice(index * state, (index + 1) * state),
     tabled: lanes.tabled[index] as boolean,
+    linear: lanes.epochs.length === 1, // else the first parameters may be later ones than the controls
     windows: lanes.windows,
     moving: lanes.moving,
     columns: ofVariant(places, index),

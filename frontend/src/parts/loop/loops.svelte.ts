@@ -1,8 +1,9 @@
-/** Margins and stability limits of the controllers that are shown, asked for while a control moves. */
+/** Margins and stability limits of the controllers that are shown: the page's, then the server's. */
 
 import { type Api, ApiError } from '../../app/api/client';
 import type { Axis, Changes, Loops, Scenario } from '../../app/api/types';
 import { LatestWins } from '../../app/latest-wins';
+import type { LoopOfAxis, LoopOfVariant } from '../../kernel/loops';
 import { served } from '../../app/fields/fields.svelte';
 import { load, recordOf } from '../../app/storage';
 
@@ -10,6 +11,8 @@ import { load, recordOf } from '../../app/storage';
 const AGAIN = 500;
 /** Time between two requests at least, ms: margins are read, and take longer than the curves. */
 const SPACING = 33;
+/** So long after the last question it is asked, where the page has margins of it already, ms. */
+const REST = 200;
 
 export interface LoopQuestion {
   scenario: Scenario;
@@ -23,33 +26,51 @@ export type LoopAt = LoopFigures['standstill'];
 
 export class LoopMargins {
   /** null before the first answer, and where the last question was refused. */
-  known = $state.raw<Loops | null>(null);
+  known = $state.raw<Readonly<Record<string, LoopOfVariant>> | null>(null);
   /** Whether the figures are older than the controls. */
   asking = $state(false);
   private readonly queue = new LatestWins<LoopQuestion>((question) => this.run(question));
+  private newest: LoopQuestion | null = null;
+  /** Whether the page computes them while a control moves. */
+  private inPage = false;
+  private rest: ReturnType<typeof setTimeout> | undefined;
 
   constructor(private readonly api: Pick<Api, 'loop'>) {}
 
-  /** Asks at once; one question is on its way, and of those that wait the newest follows. */
+  /**
+   * Asks the server: at once, or, where the page computes margins, when the questions stop. One question
+   * is on its way, and of those that wait the newest follows.
+   */
   ask(question: LoopQuestion): void {
     this.asking = true;
-    this.queue.push(question);
+    this.newest = question;
+    clearTimeout(this.rest);
+    if (this.inPage) this.rest = setTimeout(() => this.queue.push(question), REST);
+    else this.queue.push(question);
+  }
+
+  /** Takes what the page has computed; null where it does not. */
+  take(loops: Readonly<Record<string, LoopOfVariant>> | null): void {
+    this.inPage = loops !== null;
+    if (loops) this.known = loops;
   }
 
   /** Returns a loop's figures; null before they are known and where a law has no linearisation. */
-  of(variant: string, axis: Axis): LoopFigures | null {
-    return this.known?.variants[variant]?.axes[axis] ?? null;
+  of(variant: string, axis: Axis): LoopOfAxis | null {
+    return this.known?.[variant]?.axes[axis] ?? null;
   }
 
   /** Says why a controller has no figures; empty where it has some or nothing is known yet. */
   reason(variant: string): string {
-    return this.known?.variants[variant]?.note ?? '';
+    return this.known?.[variant]?.note ?? '';
   }
 
   private async run(question: LoopQuestion): Promise<void> {
     const spaced = new Promise((resolve) => setTimeout(resolve, SPACING));
     try {
-      this.known = await this.api.loop(question);
+      const { variants } = await this.api.loop(question);
+      // The page may have shown later ones.
+      if (!this.inPage || question === this.newest) this.known = variants;
     } catch (error) {
       // A newer question is on its way; its answer counts.
       if (this.queue.superseded) return;

@@ -89,6 +89,35 @@ it('asks one question at a time, and after a while the newest', async () => {
   answers[1]?.({ variants: { A: { axes: { x: LOOP }, note: null } } });
   await vi.advanceTimersByTimeAsync(1);
   expect(margins.asking).toBe(false);
-  expect(margins.of('A', 'x')?.Ms).toBe(2.2);
+  expect(margins.of('A', 'x')?.worst).toBe(LOOP.worst);
+  vi.useRealTimers();
+});
+
+it('shows what the page computes while a control moves, and asks the server at rest', async () => {
+  vi.useFakeTimers();
+  const answers: ((loops: Loops) => void)[] = [];
+  const loop = vi.fn(() => new Promise<Loops>((resolve) => answers.push(resolve)));
+  const margins = new LoopMargins({ loop } as never);
+  const question = (k_p: number) => ({ scenario: {} as never, set: { k_p } });
+  const loops = (note: string) => ({ A: { axes: {}, note } });
+  margins.take(loops('page 0'));
+  for (const k_p of [1, 2, 3]) {
+    margins.ask(question(k_p));
+    margins.take(loops(`page ${k_p}`));
+    await vi.advanceTimersByTimeAsync(100);
+    expect(margins.reason('A')).toBe(`page ${k_p}`);
+  }
+  expect(loop).not.toHaveBeenCalled();
+  await vi.advanceTimersByTimeAsync(100);
+  expect(loop.mock.calls).toEqual([[question(3)]]);
+  margins.ask(question(4));
+  margins.take(loops('page 4'));
+  answers[0]?.({ variants: loops('server 3') });
+  await vi.advanceTimersByTimeAsync(100);
+  expect(margins.reason('A')).toBe('page 4');
+  await vi.advanceTimersByTimeAsync(200);
+  answers[1]?.({ variants: loops('server 4') });
+  await vi.advanceTimersByTimeAsync(1);
+  expect([margins.reason('A'), margins.asking]).toEqual(['server 4', false]);
   vi.useRealTimers();
 });

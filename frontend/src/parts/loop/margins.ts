@@ -1,7 +1,8 @@
 /** Margins as text, and whether they hold their limits. */
 
 import { digits } from '../../ui/units';
-import type { LoopFigures, MarginName } from './loops.svelte';
+import type { LoopOfAxis } from '../../kernel/loops';
+import type { MarginName } from './loops.svelte';
 
 /** A gain margin in decibels; one that is infinite, because nothing crosses, as such. */
 export function inDecibels(factor: number | null): string {
@@ -37,7 +38,7 @@ function placeOf(velocity: number): string {
 }
 
 /** Where a loop is unstable; empty where it is stable at standstill and at every velocity. */
-export function instability({ stable, standstill, worst }: LoopFigures): string {
+export function instability({ stable, standstill, worst }: LoopOfAxis): string {
   // With a velocity it would be too long for its line.
   if (!stable && !standstill.stable) return 'sliding and at standstill';
   return worst.stable ? '' : placeOf(worst.velocity);
@@ -48,7 +49,7 @@ export function instability({ stable, standstill, worst }: LoopFigures): string 
  * standstill and while sliding, as tuning and explanations judge them.
  */
 export function marginCells(
-  { worst }: LoopFigures,
+  { worst }: LoopOfAxis,
   limit: (name: MarginName) => number | null,
 ): MarginCell[] {
   const gain = worst.gain_margin?.value ?? null;
