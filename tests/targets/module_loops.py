@@ -12,7 +12,7 @@ from motionlab.config.scenario import Scenario
 from motionlab.kernel.build import lane_parameters
 from motionlab.lanes.bank import TABLES
 from motionlab.loop.family import VELOCITIES
-from motionlab.targets.wasm_exports import EXPORTS, Block
+from motionlab.targets.wasm_exports import EXPORTS, LOOP_BYTES, Block
 from tests.targets.module_run import Memory
 
 Array = NDArray[np.float64]
@@ -30,12 +30,12 @@ class LoopOfModule(NamedTuple):
 def loops_in_module(scenario: Scenario) -> dict[tuple[str, str], LoopOfModule]:
     """Return the loop of each variant and axis."""
     memory = Memory()
-    exports = {export.function.__name__: export for export in EXPORTS}
+    exports = {export.function.__name__: export.parameters for export in EXPORTS}
     at = {"tables": memory.put(TABLES.values), "speeds": memory.put(np.array(VELOCITIES))}
     for name in ("linearise", "margins"):
-        for block in exports[name].parameters:
-            if isinstance(block, Block) and block.name not in {*at, "parameters"}:
-                at[block.name] = memory.put(np.zeros(block.shape, block.element.name))
+        for block in exports[name]:
+            if isinstance(block, Block) and block.name in LOOP_BYTES and block.name != "speeds":
+                at[block.name] = memory.put(np.zeros(LOOP_BYTES[block.name] // 8))
     parts = {}
     lanes = lane_parameters(scenario)
     for number, variant in enumerate(scenario.variants):
@@ -47,10 +47,10 @@ def loops_in_module(scenario: Scenario) -> dict[tuple[str, str], LoopOfModule]:
             for name, array in zip(("radii", "limits", "worst"), part, strict=True):
                 at[name] = memory.result(array)
             for name in ("linearise", "margins"):
-                names = exports[name].parameters
-                memory.call(name, *(axis if each == "axis" else at[each.name] for each in names))
+                blocks = exports[name]
+                memory.call(name, *(axis if isinstance(b, str) else at[b.name] for b in blocks))
     seconds = memory.run()
     return {
-        key: LoopOfModule(radii[0], limits, worst, tuple(seconds[2 * i : 2 * i + 2]))
+        key: LoopOfModule(radii[0], limits, worst, (seconds[2 * i], seconds[2 * i + 1]))
         for i, (key, (radii, limits, worst)) in enumerate(parts.items())
     }

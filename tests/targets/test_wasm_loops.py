@@ -92,9 +92,9 @@ def test_functions_of_the_c_library() -> None:
         "acos": (x / 20.0,),
     }
     for function, parameters in FUNCTIONS.items():
-        name = function.__name__
+        name = str(function.__name__)
         values = [function(*each) for each in zip(*inputs[name], strict=True)]
-        known = {"atan2": "arctan2", "acos": "arccos"}.get(name, name)
+        known = {"atan2": "arctan2", "acos": "arccos"}.get(name) or name
         expected = getattr(np, known)(*inputs[name])
         assert len(inputs[name]) == parameters
         np.testing.assert_allclose(values, expected, rtol=1e-14, atol=1e-15, err_msg=name)

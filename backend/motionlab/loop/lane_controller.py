@@ -32,7 +32,7 @@ from motionlab.loop.lane_plant import CREEP, friction_of, sliding_force
 from motionlab.timing import CONTROL_PERIOD
 
 Array = NDArray[np.float64]
-Sliding = Callable[[Any, float, Array], int]
+Sliding = Callable[[int, Any, float, Array], int]
 
 MEMORY_STATES = 13
 """States of the linearised controller beside those of its law. Its force needs no currents; the
