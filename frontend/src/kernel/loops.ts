@@ -51,7 +51,11 @@ export class LoopsInPage {
   ) {}
 
   /** Returns the loops of a variant with some parameters, (rows, 2), that lie at a pointer. */
-  of(variant: string, parameters: Float64Array, at: { parameters: number; tables: number }) {
+  of(
+    variant: string,
+    parameters: Float64Array,
+    at: { parameters: number; tables: number },
+  ): LoopOfVariant {
     const note = this.refusal(parameters);
     if (note) return { axes: {}, note };
     const loops = AXES.map((axis) => [axis, this.ofAxis(variant, axis, parameters, at)]);
