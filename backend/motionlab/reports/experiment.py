@@ -27,7 +27,7 @@ from motionlab.simulation.whatif import near_window
 from motionlab.timing import CONTROL_PERIOD
 
 NUMBERS_MAX = 300_000
-"""Largest numbers of a document's runs, bytes of base64; program and kernel take 60 kB more."""
+"""Largest numbers of a document's runs, bytes of base64; program and kernel take 80 kB more."""
 WORK_MAX = 400.0
 """Longest run of which a state near its window is computed, summed over variants, s."""
 
