@@ -3,7 +3,13 @@ import { LoopsInPage } from './loops';
 import { Memory } from './memory';
 import { type About, type Exports, LANES } from './module';
 
-const ROWS = ['controller.k_p', 'controller.k_d', 'mass', 'compensation.law', 'compensation.enabled'];
+const ROWS = [
+  'controller.k_p',
+  'controller.k_d',
+  'mass',
+  'compensation.law',
+  'compensation.enabled',
+];
 const about = {
   parameters: [...ROWS, 'law.p_3'],
   exports: { linearise: ['parameters', 'axis', 'speeds', 'velocity'], margins: ['axis', 'radii'] },
