@@ -15,7 +15,7 @@ from fmpy.model_description import read_build_description
 from fmpy.validation import validate_fmu
 
 from motionlab.cli import main
-from motionlab.export.plant import HEADERS
+from motionlab.export.fmu import HEADERS
 from tests.export.compilers import STRICT, built, call, compiler
 from tests.export.unit import Unit
 from tests.paths import ROOT

@@ -1,4 +1,4 @@
-"""Exported motors, unpacked and driven as an importer drives them."""
+"""Exported units, unpacked and driven as an importer drives them."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ class Unit:
         self.fmu: Any = FMU3Slave(
             guid=self.description.guid,
             unzipDirectory=fmpy.extract(str(path), folder),
-            modelIdentifier="psrm_plant",
-            instanceName="motor",
+            modelIdentifier=self.description.coSimulation.modelIdentifier,
+            instanceName="unit",
         )
         self.fmu.instantiate(
             logMessage=lambda _e, _s, _c, text: self.messages.append(text.decode())

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from motionlab.cli.output import add_overwrite, check_output, wrote
 from motionlab.errors import DONE
 from motionlab.studies.options import add_scenario, add_set, source
+
+if TYPE_CHECKING:
+    from motionlab.config.scenario import Scenario
 
 EXAMPLES = """\
 examples:
   motionlab export-controller circle -o controller --variant B
   motionlab export-controller tuned.toml -o controller
+  motionlab export-controller circle -o controller.fmu --variant B
   make -C controller check
 
 `motionlab docs export-controller` says what is in the folder.
@@ -33,9 +38,10 @@ def add(commands: Any) -> None:
     parser.add_argument(
         "-o",
         "--out",
-        metavar="FOLDER",
+        metavar="PATH",
         required=True,
-        help="new, empty, or of a former export, whose files are replaced",
+        help="a folder: new, empty, or of a former export, whose files are replaced; or a file "
+        "whose name ends in .fmu, for a co-simulation unit of FMI 3.0",
     )
     parser.add_argument(
         "--variant", metavar="NAME", default="A", help="which controller (default: %(default)s)"
@@ -46,6 +52,7 @@ def add(commands: Any) -> None:
         type=float,
         help="longest test vectors (default: 10, or all of a shorter scenario)",
     )
+    add_overwrite(parser)
     add_set(parser, "change a field of the scenario (repeatable), as in motionlab run")
     parser.set_defaults(command=_export)
 
@@ -56,10 +63,22 @@ def _export(options: argparse.Namespace) -> int:
     from motionlab.export.export import VECTOR_TIME, export_controller
 
     scenario = load_scenario(source(options), parse_assignments(options.assignments))
+    if options.out.endswith(".fmu"):
+        return _export_fmu(scenario, options)
     seconds = VECTOR_TIME if options.seconds is None else options.seconds
     done = export_controller(scenario, options.variant, Path(options.out), seconds=seconds)
     print(
         f"variant {options.variant} of {scenario.name}, test vectors of {done.seconds:g} s; "
         f"to check: make -C {options.out} check"
     )
+    return DONE
+
+
+def _export_fmu(scenario: Scenario, options: argparse.Namespace) -> int:
+    from motionlab.export.controller_fmu import export_controller_fmu
+
+    check_output(options.out, ".fmu", overwrite=options.overwrite)
+    done = export_controller_fmu(scenario, options.variant, Path(options.out))
+    wrote(options.out)
+    print(f"variant {options.variant} of {scenario.name}, {done.built}")
     return DONE

@@ -44,7 +44,6 @@ def _export(options: argparse.Namespace) -> int:
     check_output(options.out, ".fmu", overwrite=options.overwrite)
     scenario = load_scenario(source(options), parse_assignments(options.assignments))
     done = export_plant(scenario, Path(options.out))
-    built = f"binary for {done.platform}" if done.platform else f"sources only: {done.reason}"
     wrote(options.out)
-    print(f"motor of {scenario.name}, {built}")
+    print(f"motor of {scenario.name}, {done.built}")
     return DONE

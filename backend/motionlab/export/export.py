@@ -13,15 +13,13 @@ from motionlab import __version__
 from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError, FieldError
 from motionlab.export.controller_code import ControllerCode, controller_code
+from motionlab.export.fmu import SOURCE
 from motionlab.export.vectors import simulated_vectors, vector_file
 from motionlab.files import failure, replace
 from motionlab.lanes import model_hash
 from motionlab.simulation.prepare import prepare
 from motionlab.targets.record_values import RecordError
 from motionlab.timing import CONTROL_PERIOD
-
-SOURCE = Path(__file__).with_name("source")
-"""The files that are the same in every export, and templates (.in) of the others."""
 
 VECTOR_TIME = 10.0
 """Length of the test vectors where none is given, s."""
@@ -90,7 +88,7 @@ def export_controller(
     if not len(vectors):
         raise ConfigError(FieldError(f"variants.{variant}", "diverges in its first period"))
     toml = tomli_w.dumps(scenario.model_dump(mode="json", exclude_none=True)).encode()
-    code = _code(scenario, variant)
+    code = controller_of_variant(scenario, variant)
     facts = {
         "scenario": scenario.name,
         "variant": variant,
@@ -118,7 +116,15 @@ def export_controller(
     return Export(tuple(sorted(files)), facts["hash"], len(vectors))
 
 
-def _code(scenario: Scenario, variant: str) -> ControllerCode:
+def controller_of_variant(scenario: Scenario, variant: str) -> ControllerCode:
+    """Return the controller of a variant as C.
+
+    Raises
+    ------
+    ConfigError
+        If there is no such variant, or its law cannot be recorded.
+    """
+    _check_variant(scenario, variant)
     try:
         return controller_code(scenario, variant)
     except RecordError as error:

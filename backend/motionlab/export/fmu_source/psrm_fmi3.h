@@ -5,17 +5,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "psrm_plant.h"
-
-/* All that a state of the unit consists of */
-typedef struct {
-    uint32_t mode;
-    double time; /* s */
-    psrm_plant_parameters par[PSRM_AXES];
-    psrm_plant_input in[PSRM_AXES];
-    psrm_plant_state state[PSRM_AXES];
-    psrm_plant_output out[PSRM_AXES];
-} psrm_memory;
+#include "psrm_unit.h"
 
 typedef enum {
     PSRM_OUTPUT,  /* and what cannot be set else */
@@ -37,6 +27,23 @@ typedef struct {
     double most;
     uint8_t open; /* 1: the least value itself is not allowed */
 } psrm_variable;
+
+/* Of what the unit is: psrm_unit.c */
+
+/* Give memory that is zero what no variable holds. */
+void psrm_unit_initialise(psrm_memory *memory);
+
+/* Put the state to the start. */
+void psrm_unit_reset(psrm_memory *memory);
+
+/* Return why an axis cannot be stepped, or NULL. */
+const char *psrm_unit_refusal(const psrm_memory *memory, uint32_t axis);
+
+/* Advance by a duration, s; return why that failed, or NULL. */
+const char *psrm_unit_advance(psrm_memory *memory, double duration);
+
+/* Compute the outputs. */
+void psrm_unit_measure(psrm_memory *memory);
 
 /* Generated: psrm_variables.c */
 extern const char *const PSRM_INSTANTIATION_TOKEN;

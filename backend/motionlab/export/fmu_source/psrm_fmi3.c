@@ -1,18 +1,14 @@
 /*
- * FMI 3.0 for co-simulation around psrm_plant.c. The headers of FMI 3.0 belong to the importer.
+ * FMI 3.0 for co-simulation around psrm_unit.c. The headers of FMI 3.0 belong to the importer.
  */
 #include "fmi3Functions.h"
 #include "psrm_fmi3.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #define MESSAGE_LENGTH 200U
-
-/* A rest below this part of a step is rounding of the caller's time. */
-static const double ROUNDING = 1e-6;
 
 enum { INSTANTIATED, INITIALIZATION, STEP, TERMINATED };
 
@@ -46,58 +42,16 @@ static double *place(unit *u, const psrm_variable *variable)
     return (double *)(void *)((char *)&u->memory + variable->offset);
 }
 
-/* Return why an axis cannot be stepped, or NULL. */
-static const char *refusal_of(const psrm_plant_parameters *par)
-{
-    const double h = PSRM_PLANT_STEP;
-    const bool rubs = par->friction_on != 0.0;
-    const char *refusal = NULL;
-
-    if (rubs && (par->friction.F_s < par->friction.F_c)) {
-        refusal = "friction.F_s is below friction.F_c";
-    } else if (par->mass < (h * par->stop_damping)) {
-        refusal = "mass is too small for stop_damping: at least 1e-4 s stop_damping";
-    } else if (par->mass < (h * h * par->stop_stiffness)) {
-        refusal = "mass is too small for stop_stiffness: at least 1e-8 s^2 stop_stiffness";
-    } else if (rubs && (par->mass < (h * h * par->friction.sigma_0))) {
-        refusal = "mass is too small for friction.sigma_0: at least 1e-8 s^2 sigma_0";
-    } else if (rubs && (par->mass < (h * par->friction.sigma_1))) {
-        refusal = "mass is too small for friction.sigma_1: at least 1e-4 s sigma_1";
-    } else {
-        refusal = NULL;
-    }
-    return refusal;
-}
-
-/* Advance an axis by a duration, s, in steps of PSRM_PLANT_STEP and a shorter one for the rest. */
-static void advance(psrm_memory *m, uint32_t axis, double duration)
-{
-    const double steps = floor((duration / PSRM_PLANT_STEP) + ROUNDING);
-    const double rest = duration - (steps * PSRM_PLANT_STEP);
-    psrm_plant_sampled step;
-    double done;
-
-    psrm_plant_sample(axis, &m->par[axis], PSRM_PLANT_STEP, &step);
-    for (done = 0.0; done < steps; done += 1.0) {
-        psrm_plant_step(axis, &m->par[axis], &step, &m->in[axis], &m->state[axis]);
-    }
-    if (rest > (ROUNDING * PSRM_PLANT_STEP)) {
-        psrm_plant_sample(axis, &m->par[axis], rest, &step);
-        psrm_plant_step(axis, &m->par[axis], &step, &m->in[axis], &m->state[axis]);
-    }
-}
-
 static void restart(unit *u)
 {
     uint32_t i;
 
     (void)memset(&u->memory, 0, sizeof u->memory);
+    psrm_unit_initialise(&u->memory);
     for (i = 0U; i < PSRM_VARIABLES; i++) {
         *place(u, &PSRM_VARIABLE[i]) = PSRM_VARIABLE[i].start;
     }
-    for (i = 0U; i < PSRM_AXES; i++) {
-        psrm_plant_reset(i, &u->memory.par[i], &u->memory.state[i]);
-    }
+    psrm_unit_reset(&u->memory);
     u->memory.mode = INSTANTIATED;
     u->stale = 1U;
 }
@@ -110,7 +64,7 @@ static fmi3Status checked(const unit *u)
     uint32_t axis;
 
     for (axis = 0U; axis < PSRM_AXES; axis++) {
-        refusal = refusal_of(&u->memory.par[axis]);
+        refusal = psrm_unit_refusal(&u->memory, axis);
         if (refusal != NULL) {
             (void)snprintf(message, sizeof message, "axis %c: %s", (axis == 0U) ? 'x' : 'y',
                            refusal);
@@ -136,16 +90,12 @@ static const psrm_variable *found(const unit *u, fmi3ValueReference reference, p
 static fmi3Status get(unit *u, fmi3ValueReference reference, psrm_type type, double *value)
 {
     const psrm_variable *variable = found(u, reference, type);
-    psrm_memory *m = &u->memory;
-    uint32_t axis;
 
     if (variable == NULL) {
         return fmi3Error;
     }
     if (u->stale != 0U) {
-        for (axis = 0U; axis < PSRM_AXES; axis++) {
-            psrm_plant_measure(axis, &m->par[axis], &m->in[axis], &m->state[axis], &m->out[axis]);
-        }
+        psrm_unit_measure(&u->memory);
         u->stale = 0U;
     }
     *value = *place(u, variable);
@@ -156,7 +106,6 @@ static fmi3Status set(unit *u, fmi3ValueReference reference, psrm_type type, dou
 {
     const psrm_variable *variable = found(u, reference, type);
     char message[MESSAGE_LENGTH];
-    uint32_t axis;
 
     if (variable == NULL) {
         return fmi3Error;
@@ -175,9 +124,7 @@ static fmi3Status set(unit *u, fmi3ValueReference reference, psrm_type type, dou
     }
     *place(u, variable) = value;
     if (u->memory.mode != STEP) {
-        for (axis = 0U; axis < PSRM_AXES; axis++) {
-            psrm_plant_reset(axis, &u->memory.par[axis], &u->memory.state[axis]);
-        }
+        psrm_unit_reset(&u->memory);
     }
     u->stale = 1U;
     return fmi3OK;
@@ -322,8 +269,7 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
 {
     unit *u = (unit *)instance;
     psrm_memory *m = &u->memory;
-    double sum = 0.0;
-    uint32_t axis;
+    const char *reason;
 
     (void)noSetFMUStatePriorToCurrentPoint;
     *eventHandlingNeeded = fmi3False;
@@ -339,13 +285,10 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
     if (checked(u) != fmi3OK) {
         return fmi3Error;
     }
-    for (axis = 0U; axis < PSRM_AXES; axis++) {
-        advance(m, axis, communicationStepSize);
-        sum += m->state[axis].p + m->state[axis].v + m->state[axis].z + m->state[axis].y;
-    }
+    reason = psrm_unit_advance(m, communicationStepSize);
     u->stale = 1U;
-    if ((sum - sum) != 0.0) { /* infinite or NaN */
-        return failed(u, "the motion is no longer finite");
+    if (reason != NULL) {
+        return failed(u, reason);
     }
     m->time = currentCommunicationPoint + communicationStepSize;
     *lastSuccessfulTime = m->time;
