@@ -89,6 +89,13 @@ def test_gains_and_parameters_of_the_law_are_tunable(written: Path) -> None:
     assert "x.k_p = -1 is not from 0" in unit.messages[-1]
 
 
+def test_it_has_no_test_vectors(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "controller.fmu"
+    assert main(["export-controller", "circle", "-o", str(path), "--seconds", "1"]) == 2
+    assert "--seconds" in capsys.readouterr().err
+    assert not path.exists()
+
+
 def test_a_step_is_a_whole_number_of_periods(written: Path) -> None:
     unit = Unit(written)
     with pytest.raises(FMICallException):

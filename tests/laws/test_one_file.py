@@ -61,13 +61,15 @@ def test_it_is_listed_with_its_parameters(environment: dict[str, str]) -> None:
     assert [each["path"] for each in relay["parameters"]] == ["level", "zone"]
 
 
-def test_it_is_simulated_linearised_and_in_the_module_of_the_page(
+def test_it_is_simulated_linearised_in_the_module_of_the_page_and_in_an_fmu(
     environment: dict[str, str],
 ) -> None:
     computed: dict[str, Any] = json.loads(printed(environment, "tests.laws.surfaces", "relay"))
     assert 0.3 < computed["recorded"] < 1.0  # the relay's level, and viscous friction
     assert computed["module_error"] < 1e-6
     assert computed["phase_margin"] > 0.0
+    assert computed["unit_error"] < 1e-11  # A
+    assert {"x.level", "y.zone"} <= set(computed["unit_parameters"])
 
 
 def test_it_is_served_and_taken_by_a_live_session(lab: httpx.Client) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from motionlab.cli.output import add_overwrite, check_output, wrote
-from motionlab.errors import DONE
+from motionlab.errors import DONE, ConfigError, FieldError
 from motionlab.studies.options import add_scenario, add_set, source
 
 if TYPE_CHECKING:
@@ -20,7 +20,8 @@ examples:
   motionlab export-controller circle -o controller.fmu --variant B
   make -C controller check
 
-`motionlab docs export-controller` says what is in the folder.
+`motionlab docs export-controller` says what is in the folder, `motionlab docs fmu` what is in the
+FMU, and how to close a loop of it and the motor.
 """
 
 
@@ -28,9 +29,10 @@ def add(commands: Any) -> None:
     """Add ``motionlab export-controller``."""
     parser = commands.add_parser(
         "export-controller",
-        help="write a controller as C99 for real-time targets",
+        help="write a controller as C99 for real-time targets, or as an FMU",
         description="Write the controller of a scenario's variant as portable C99, with test "
-        "vectors from its simulation and a program that compares both.",
+        "vectors from its simulation and a program that compares both; or as an FMU 3.0 for "
+        "co-simulation.",
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -50,7 +52,7 @@ def add(commands: Any) -> None:
         "--seconds",
         metavar="S",
         type=float,
-        help="longest test vectors (default: 10, or all of a shorter scenario)",
+        help="longest test vectors of a folder (default: 10, or all of a shorter scenario)",
     )
     add_overwrite(parser)
     add_set(parser, "change a field of the scenario (repeatable), as in motionlab run")
@@ -77,6 +79,10 @@ def _export(options: argparse.Namespace) -> int:
 def _export_fmu(scenario: Scenario, options: argparse.Namespace) -> int:
     from motionlab.export.controller_fmu import export_controller_fmu
 
+    if options.seconds is not None:
+        raise ConfigError(
+            FieldError("--seconds", "is for a folder: an FMU has no test vectors", options.seconds)
+        )
     check_output(options.out, ".fmu", overwrite=options.overwrite)
     done = export_controller_fmu(scenario, options.variant, Path(options.out))
     wrote(options.out)

@@ -52,6 +52,7 @@ class ControllerCode(NamedTuple):
     step: str  # statements that advance both axes
     values: str  # the initialiser of psrm_parameters
     tables: str  # definition of an array; empty with formulas alone
+    law_parameters: tuple[str, ...]  # fields of the law's parameters that the C reads
 
 
 def controller_code(scenario: Scenario, variant: str) -> ControllerCode:
@@ -106,6 +107,7 @@ def controller_code(scenario: Scenario, variant: str) -> ControllerCode:
         step=step,
         values="\n".join(_value_lines(program, lanes)),
         tables=tables.code(),
+        law_parameters=tuple(program.fields(law.Parameters)),
     )
 
 

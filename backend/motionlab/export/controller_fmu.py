@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from pathlib import Path
 
-from motionlab.config.controller import (
-    CompensationConfig,
-    ControllerConfig,
-    GainsConfig,
-)
+from motionlab.config.controller import CompensationConfig, ControllerConfig, GainsConfig
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
 from motionlab.config.validation_errors import bounds_of, unit_of_field
-from motionlab.export.controller_step import Signals
+from motionlab.export.controller_code import ControllerCode
+from motionlab.export.controller_step import Reference, Signals
 from motionlab.export.export import controller_of_variant
 from motionlab.export.fmu import SOURCE, UnitExport, export_unit
 from motionlab.export.model_description import PHASES, Model, Variable
@@ -23,7 +20,7 @@ from motionlab.kernel.law_calls import law_parameters
 from motionlab.lanes.bank import TABLES
 from motionlab.laws import PARAMETERS
 from motionlab.simulation.prepare import prepare
-from motionlab.targets.record_source import field_comments
+from motionlab.telemetry.channels import CHANNELS, REFERENCES, Channel
 from motionlab.timing import CONTROL_PERIOD
 
 CONTROLLER_SOURCE = Path(__file__).with_name("controller_source")
@@ -34,8 +31,9 @@ MODEL_IDENTIFIER = "psrm_controller"
 _CONTROLLER = ("psrm_controller.c.in", "psrm_controller.h.in", "psrm_parameters.c.in")
 _TABLES = "psrm_tables.h.in"
 _GAINS = ("k_p", "k_d")
-_REFERENCE = (("position", "m"), ("velocity", "m/s"), ("acceleration", "m/s^2"))
-_NOT_NUMBERS = {"current_next", "force_saturated", "current_saturated", "healthy"}
+_INPUTS = {*(f"{name}_reference" for name in Reference._fields), "position_measured"}
+_OTHERS = {"velocity", "current_next", "force_saturated", "current_saturated", "healthy"}
+"""Signals that are no number, or that a channel of another name holds."""
 
 
 def export_controller_fmu(scenario: Scenario, variant: str, path: Path) -> UnitExport:
@@ -74,7 +72,7 @@ def export_controller_fmu(scenario: Scenario, variant: str, path: Path) -> UnitE
     return export_unit(
         path,
         model,
-        list(_variables(scenario, variant, code.public_types)),
+        list(_variables(scenario, variant, code)),
         scenario=scenario,
         templates=[*CONTROLLER_SOURCE.iterdir(), *(SOURCE / name for name in _files(code.tables))],
         facts={"variant": variant, **code._asdict()},
@@ -85,52 +83,44 @@ def _files(tables: str) -> tuple[str, ...]:
     return (*_CONTROLLER, _TABLES) if tables else _CONTROLLER
 
 
-def _variables(scenario: Scenario, variant: str, types: str) -> Iterator[Variable]:
-    """Yield the variables; parameters of the law as it declares them, where C has them as such."""
+def _variables(scenario: Scenario, variant: str, code: ControllerCode) -> Iterator[Variable]:
     controller = scenario.variants[variant].controller
     yield Variable("time", "time", "time", "s", "independent")
     for k, axis in enumerate(AXES):
-        for name, unit in _REFERENCE:
+        for channel, member in _members(k):
+            known = channel.name in _INPUTS
             yield Variable(
-                f"{axis}.{name}_reference",
-                f"reference[{k}].{name}",
-                f"{name} reference",
-                unit,
-                "input",
-                start=0.0,
+                f"{axis}.{channel.name}",
+                member,
+                channel.meaning,
+                channel.unit,
+                "input" if known else "output",
+                start=0.0 if known else None,
             )
-        yield Variable(
-            f"{axis}.position_measured",
-            f"position[{k}]",
-            "measured position",
-            "m",
-            "input",
-            start=0.0,
-        )
-        for number, phase in enumerate(PHASES):
-            yield Variable(
-                f"{axis}.current_command_{phase}",
-                f"out.current[{k}][{number}]",
-                f"current command of phase {phase}, in effect now",
-                "A",
-                "output",
-            )
-        for name, about in field_comments(Signals).items():
-            if name not in _NOT_NUMBERS:
-                described, _, unit = about.rpartition(", ")
-                yield Variable(
-                    f"{axis}.{name}",
-                    f"out.axis[{k}].{name}",
-                    described or name.replace("_", " "),
-                    unit,
-                    "output",
-                )
-        yield from _parameters(scenario, controller, k, types)
+        yield from _parameters(scenario, controller, k, code.law_parameters)
+
+
+def _members(k: int) -> Iterator[tuple[Channel, str]]:
+    """Yield the channels that the unit has of an axis, and their places in psrm_memory."""
+    members = {
+        **{f"{name}_reference": f"reference[{k}].{name}" for name in Reference._fields},
+        "position_measured": f"position[{k}]",
+        **{
+            f"current_command_{phase}": f"out.current[{k}][{number}]"
+            for number, phase in enumerate(PHASES)
+        },
+        **{name: f"out.axis[{k}].{name}" for name in Signals._fields if name not in _OTHERS},
+        "velocity_measured": f"out.axis[{k}].velocity",
+    }
+    for channel in (*REFERENCES, *CHANNELS):
+        if channel.name in members:
+            yield channel, members[channel.name]
 
 
 def _parameters(
-    scenario: Scenario, controller: ControllerConfig, k: int, types: str
+    scenario: Scenario, controller: ControllerConfig, k: int, of_law: Container[str]
 ) -> Iterator[Variable]:
+    """Yield gains, force limit, and of the law those that the C has as it declares them."""
     axis = AXES[k]
     with TABLES.lease():
         par = lane(scenario, controller, axis)
@@ -141,7 +131,7 @@ def _parameters(
         *(
             (name, CompensationConfig, "law", value)
             for name, value in law.items()
-            if name in PARAMETERS and f"    double {name};" in types
+            if name in PARAMETERS and name in of_law
         ),
     ]
     for name, config, group, value in fields:
