@@ -23,7 +23,7 @@ examples:
 zsh looks there with `fpath+=~/.zfunc` before `compinit` in ~/.zshrc.
 """
 
-_FILES = {"A", "B", "FIG", "FILE", "RUN", "RUN_B"}
+_FILES = {"A", "B", "FIG", "FILE", "PATH", "RUN", "RUN_B"}
 """Metavars of arguments that may be files."""
 
 

@@ -145,7 +145,7 @@ def _check_folder(folder: Path) -> None:
         entries = list(folder.iterdir()) if folder.exists() else []
     except OSError as error:
         raise ConfigError(
-            FieldError("FOLDER", f"cannot be read: {error.strerror}", str(folder))
+            FieldError("PATH", f"cannot be read: {error.strerror}", str(folder))
         ) from None
     if entries and not (folder / _MARK).is_file():
-        raise ConfigError(FieldError("FOLDER", "has files that are no export", str(folder)))
+        raise ConfigError(FieldError("PATH", "has files that are no export", str(folder)))
