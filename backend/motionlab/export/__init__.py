@@ -1,1 +1,1 @@
-"""Generated code: a scenario's controller as portable C99 and as an FMU, and its motor as an FMU."""
+"""Generated code: a controller as portable C99 or as an FMU, and the motor as an FMU."""
