@@ -14,6 +14,7 @@ from motionlab.config.load import load_scenario
 from motionlab.export.controller_fmu import export_controller_fmu
 from motionlab.export.plant import export_plant
 from motionlab.export.vectors import simulated_vectors
+from motionlab.laws import LAWS
 from motionlab.simulation.prepare import prepare
 from motionlab.timing import CONTROL_PERIOD
 from tests.export.controller_unit import CURRENTS, INPUTS, current_error, names
@@ -51,6 +52,12 @@ def test_its_currents_are_those_of_the_simulation(
     changes: dict[str, object], tmp_path: Path
 ) -> None:
     assert current_error(tmp_path / "unit.fmu", SHORT | changes, 1.0) <= TOLERANCE
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_every_law_has_a_unit(law: str, tmp_path: Path) -> None:
+    changes = SHORT | {f"{CONTROLLER}.compensation.law": law}
+    assert current_error(tmp_path / "unit.fmu", changes, 0.3) <= TOLERANCE
 
 
 def test_it_closes_the_loop_around_the_plant(tmp_path: Path) -> None:

@@ -12,8 +12,9 @@ from motionlab.config.validation_errors import bounds_of, unit_of_field
 from motionlab.export.controller_code import ControllerCode
 from motionlab.export.controller_step import Reference, Signals
 from motionlab.export.export import controller_of_variant
-from motionlab.export.fmu import SOURCE, UnitExport, export_unit
+from motionlab.export.fmu import UnitExport, export_unit
 from motionlab.export.model_description import PHASES, Model, Variable
+from motionlab.export.sources import SOURCE
 from motionlab.files import check_target
 from motionlab.kernel.build import lane
 from motionlab.kernel.law_calls import law_parameters

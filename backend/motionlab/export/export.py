@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 from string import Template
 
-import tomli_w
-
-from motionlab import __version__
 from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError, FieldError
 from motionlab.export.controller_code import ControllerCode, controller_code
-from motionlab.export.fmu import SOURCE
+from motionlab.export.sources import SOURCE, TABLES_FILE, scenario_facts
 from motionlab.export.vectors import simulated_vectors, vector_file
 from motionlab.files import failure, replace
-from motionlab.lanes import model_hash
 from motionlab.simulation.prepare import prepare
 from motionlab.targets.record_values import RecordError
 from motionlab.timing import CONTROL_PERIOD
@@ -87,30 +82,25 @@ def export_controller(
     vectors = simulated_vectors(prepared, variant, seconds)
     if not len(vectors):
         raise ConfigError(FieldError(f"variants.{variant}", "diverges in its first period"))
-    toml = tomli_w.dumps(scenario.model_dump(mode="json", exclude_none=True)).encode()
     code = controller_of_variant(scenario, variant)
-    facts = {
-        "scenario": scenario.name,
+    toml, facts = scenario_facts(scenario, code.tables)
+    facts |= {
         "variant": variant,
-        "hash": hashlib.sha256(toml).hexdigest(),
-        "version": __version__,
-        "model": model_hash(),
         "periods": str(len(vectors)),
         "seconds": f"{len(vectors) * CONTROL_PERIOD:g}",
-        "include_tables": '#include "psrm_tables.h"\n' if code.tables else "",
         **code._asdict(),
     }
     files = {"scenario.toml": toml, "vectors.bin": vector_file(vectors)}
     for path in sorted(SOURCE.iterdir()):
         if path.suffix != ".in":
             files[path.name] = path.read_bytes()
-        elif path.stem != "psrm_tables.h" or code.tables:
+        elif path.stem != TABLES_FILE or code.tables:
             files[path.stem] = Template(path.read_text("utf-8")).substitute(facts).encode()
     try:
         for name, content in files.items():
             replace(folder / name, content, mode=0o644)
         if not code.tables:  # of a former export
-            (folder / "psrm_tables.h").unlink(missing_ok=True)
+            (folder / TABLES_FILE).unlink(missing_ok=True)
     except OSError as error:
         raise failure(f"{folder}: cannot be written", error) from error
     return Export(tuple(sorted(files)), facts["hash"], len(vectors))

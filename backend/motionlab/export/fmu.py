@@ -17,22 +17,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from string import Template
 
-import tomli_w
-
-from motionlab import __version__
 from motionlab.config.scenario import Scenario
 from motionlab.export.model_description import Model, Variable, model_description
+from motionlab.export.sources import SOURCE, TABLES_FILE, scenario_facts
 from motionlab.files import failure, replace
-from motionlab.lanes import model_hash
 
 FMU_SOURCE = Path(__file__).with_name("fmu_source")
 """The interface of FMI, the same in every unit, and templates (.in)."""
 
 HEADERS = Path(__file__).with_name("fmi3")
 """The headers of FMI 3.0 by the Modelica Association, BSD 2-clause; importers have their own."""
-
-SOURCE = Path(__file__).with_name("source")
-"""The exported controller's files, of which every unit has the mathematics."""
 
 MATHS = "psrm_math.h"
 
@@ -41,7 +35,6 @@ OPTIONS = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-fvisibility=hidden
 
 _TIMEOUT = 300.0  # s
 _CAUSALITIES = {"input": "PSRM_INPUT", "output": "PSRM_OUTPUT"}
-_TABLES = "psrm_tables.h"
 
 
 @dataclass(frozen=True)
@@ -102,15 +95,11 @@ def export_unit(  # noqa: PLR0913 - what a unit is made of
     StoreError
         If the file cannot be written.
     """
-    toml = tomli_w.dumps(scenario.model_dump(mode="json", exclude_none=True)).encode()
+    toml, known = scenario_facts(scenario, facts["tables"])
     facts = {
-        "scenario": scenario.name,
-        "hash": hashlib.sha256(toml).hexdigest(),
-        "version": __version__,
-        "model": model_hash(),
+        **known,
         "identifier": model.identifier,
         "variables": "\n".join(_variable_code(variables)),
-        "include_tables": f'#include "{_TABLES}"\n' if facts["tables"] else "",
         **facts,
     }
     files = _sources([*FMU_SOURCE.iterdir(), SOURCE / MATHS, *templates], facts)
@@ -141,7 +130,7 @@ def _sources(paths: Iterable[Path], facts: dict[str, str]) -> dict[str, bytes]:
             last[name] = text
         elif name == "license.txt":
             files["documentation/licenses/license.txt"] = text.encode()
-        elif name != _TABLES or facts["tables"]:
+        elif name != TABLES_FILE or facts["tables"]:
             folder = "documentation" if name.endswith(".html") else "sources"
             filled = Template(text).substitute(facts) if path.suffix == ".in" else text
             files[f"{folder}/{name}"] = filled.encode()
