@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import gzip
 import http.server
+import json
 import re
 import subprocess
 import sys
@@ -24,8 +25,9 @@ from motionlab.simulation.prepare import prepare
 from motionlab.simulation.recorded import of_scenario
 from motionlab.simulation.result import document
 from motionlab.simulation.run import run
-from tests.e2e.actions import ANSWERS, DRAFT, LONG, MAX, RMS, set_field
+from tests.e2e.actions import ANSWERS, DRAFT, LONG, MAX, RMS, region, set_field
 from tests.e2e.conftest import VIEW, missing
+from tests.e2e.test_trajectories import drag
 from tests.paths import ROOT
 
 COUNT = 50e-9
@@ -222,6 +224,48 @@ def test_ballbar_and_spectrum_are_of_what_is_shown(demo: Page, host: Host) -> No
     assert float(text.split()[2]) == pytest.approx(1e6 * rms, rel=0.005)  # its mean is 0
     demo.get_by_role("radio", name="Cost", exact=True).click()
     expect(demo.get_by_role("alert")).to_contain_text("motionlab serve")
+
+
+def test_a_path_is_drawn_checked_and_run_by_a_and_b(demo: Page, host: Host) -> None:
+    demo.goto(f"{host.url}/people/lab/?screen=trajectories")
+    limits = region(demo, "Limits")
+    results = region(demo, "Errors of A and B")
+    expect(results).to_contain_text("exact", timeout=LONG)
+    expect(limits).to_contain_text("motionlab serve")
+    strips = region(demo, "Profiles").locator("canvas")
+    before = strips.evaluate("canvas => canvas.toDataURL()")
+    drag(demo, (0.03, 0.0), (0.095, 0.01))
+    expect(limits.get_by_role("listitem").first).to_contain_text("x leaves the stroke")
+    demo.wait_for_function(
+        "([canvas, before]) => canvas.toDataURL() !== before",
+        arg=[strips.element_handle(), before],
+    )
+    demo.get_by_role("button", name="Undo").click()
+    demo.get_by_role("radio", name="Smooth", exact=True).click()
+    drag(demo, (0.03, 0.0), (0.04, 0.01))
+    expect(limits.get_by_role("status")).to_have_text("feasible")
+    expect(results).to_contain_text("exact", timeout=LONG)
+    region(demo, "Saved paths").get_by_role("textbox", name="Name of the path").fill("bow")
+    demo.get_by_role("button", name="Save", exact=True).click()
+    demo.wait_for_function("localStorage['motionlab.demo-paths']")
+    expect(region(demo, "Saved paths")).to_contain_text("bow")
+    table = json.loads(demo.evaluate("localStorage['motionlab.demo-paths']"))["bow"]
+    assert table["points"][0] == [0.04, 0.01]
+    results.get_by_role("button", name="Stage in Lab").click()
+    demo.wait_for_timeout(500)
+    computed(demo)
+    agree(previewed(demo, "A"), "circle", {"trajectory": table}, "A")
+    agree(previewed(demo, "B"), "circle", {"trajectory": table}, "B")
+
+
+def test_what_a_path_needs_a_server_for_says_so(demo: Page, host: Host) -> None:
+    demo.goto(f"{host.url}/people/lab/?screen=trajectories")
+    cost = demo.get_by_role("group", name="Cost of the retiming")
+    expect(region(demo, "Errors of A and B")).to_contain_text("exact", timeout=LONG)
+    demo.evaluate("navigator.serviceWorker.ready.then((worker) => worker.active.state)")
+    demo.get_by_role("combobox", name="Motion profile").select_option("time_optimal")
+    expect(cost.get_by_role("alert")).to_contain_text("motionlab serve")
+    expect(demo.get_by_role("button", name="Send to motor")).to_be_disabled()
 
 
 def test_it_opens_again_without_a_network(demo: Page, host: Host) -> None:

@@ -11,7 +11,8 @@ import pytest
 
 from motionlab.targets.javascript import Translator, UntranslatableError
 from motionlab.targets.motion_code import motion_code
-from tests.fixtures.__main__ import DEMO_MOTIONS, MOTION_CODE
+from tests.fixtures.__main__ import DEMO_CHECKS, DEMO_MOTIONS, MOTION_CODE
+from tests.fixtures.demo_checks import checks
 from tests.fixtures.demo_motions import motions
 
 
@@ -26,6 +27,21 @@ def test_the_fixtures_of_the_page_are_what_is_computed() -> None:
         np.testing.assert_allclose(*sizes, rtol=1e-9, atol=1e-12, err_msg=hint)
         assert kept["reference"].pop("end") == pytest.approx(now["reference"].pop("end"), abs=1e-13)
         assert _rounded(kept["reference"]) == _rounded(json.loads(json.dumps(now["reference"])))
+
+
+def test_the_fixture_of_checked_paths_is_what_is_computed() -> None:
+    kept, now = json.loads(DEMO_CHECKS.read_text()), json.loads(json.dumps(checks()))
+    assert _named(kept) == pytest.approx(_named(now), rel=1e-5, abs=1e-9), (
+        "run python -m tests.fixtures"
+    )
+
+
+def _named(value: Any, name: str = "") -> dict[str, Any]:
+    """Return each number and text of a document by its place."""
+    if not isinstance(value, dict | list):
+        return {name: value}
+    items = value.items() if isinstance(value, dict) else enumerate(value)
+    return {place: each for key, of in items for place, each in _named(of, f"{name}.{key}").items()}
 
 
 def _rounded(value: Any) -> Any:

@@ -176,17 +176,18 @@ def _data_files() -> dict[str, bytes]:
 def _answers() -> dict[str, Any]:
     """Return the server's answers to requests that need nothing but what ships, by path."""
     paths = ["/scenarios", "/fields", "/fields/tune", "/fields/why", "/parts"]
-    paths += [f"/scenarios/{name}" for name in names("scenarios")]
+    paths += ["/trajectories"]
+    paths += [f"/{kind}/{name}" for kind in ("scenarios", "trajectories") for name in names(kind)]
     answers = asyncio.run(_of_server(paths))
     motors = answers["/parts"]["motors"]
     answers["/parts"]["motors"] = [each for each in motors if each["name"] in names("motors")]
+    answers["/trajectories"] = [each for each in answers["/trajectories"] if each["shipped"]]
     return {
         **answers,
         "/health": {"login": False, "drive": None, "help": False, "compiling": False},
         "/gain-sets": [],
         "/layouts": [],
         "/maps": [],
-        "/trajectories": [],
         "plants": {
             name: load_scenario({"base": "circle", "plant": name}).plant.model_dump(mode="json")
             for name in names("motors")

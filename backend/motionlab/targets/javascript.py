@@ -24,11 +24,7 @@ from motionlab.errors import MotionLabError
 from motionlab.targets.javascript_arrays import element, of_numpy
 
 _BINARY = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.Pow: "**"}
-_COMPARE = {
-    ast.Is: "===",
-    ast.IsNot: "!==",
-    ast.Eq: "===",
-    ast.NotEq: "!==",
+_COMPARE = {ast.Is: "===", ast.IsNot: "!==", ast.Eq: "===", ast.NotEq: "!=="} | {
     ast.Lt: "<",
     ast.LtE: "<=",
     ast.Gt: ">",

@@ -13,4 +13,4 @@ export const NEEDS_SERVER =
 export const IN_PAGE =
   'This page computes it; a server finds the same to within a few counts of the encoder';
 /** Screens that a demo has. */
-export const DEMO_SCREENS: readonly string[] = ['lab'];
+export const DEMO_SCREENS: readonly string[] = ['lab', 'trajectories'];

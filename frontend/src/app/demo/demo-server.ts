@@ -4,20 +4,21 @@ import { type Lanes, packLanes } from '../../kernel/lanes';
 import { network } from '../api/client';
 import { equal, withChanges } from '../api/scenario-paths';
 import type { Channel } from '../../plot/source';
-import type { Changes, Problem, Scenario, SessionInfo, Value } from '../api/types';
+import type { Changes, Scenario, SessionInfo, TrajectoryEntry, Value } from '../api/types';
 import { app } from '../store.svelte';
 import { recall } from '../session/kept-sessions';
-import { Beyond, changedLanes, type LaneCode } from '../whatif/changed-lanes';
-import { outOfRange, Refused } from '../whatif/refused-changes';
+import { changedLanes, type LaneCode } from '../whatif/changed-lanes';
+import { Refused } from '../whatif/refused-changes';
 import { NEEDS_SERVER } from './demo-mode';
 import type { MotionCode } from './motion-code';
 import type { Moved } from './moved-lanes';
 import { readPacked } from './packed-inputs';
+import { json, problem, refusal } from './responses';
 import type { SpectrumRequest } from './spectrum';
 
 /** The scenario of a first visit. */
 const FIRST = 'circle';
-const JSON_TYPE = { 'Content-Type': 'application/json' };
+const PATHS = '/trajectories';
 
 interface Answers {
   plants: Record<string, Value>;
@@ -61,7 +62,7 @@ export class DemoServer {
 
   /** Answers a request below the API's root. */
   async answer(method: string, path: string, body: string): Promise<Response> {
-    if (method === 'GET' && path in this.answers) return json(this.answers[path]);
+    if (method === 'GET' && path !== PATHS && path in this.answers) return json(this.answers[path]);
     if (path === '/sessions' && method === 'POST') return json(this.create(body));
     const [, id] = /^\/sessions\/([^/]+)$/.exec(path) ?? [];
     if (id !== undefined && method === 'DELETE') return new Response(null, { status: 204 });
@@ -73,7 +74,21 @@ export class DemoServer {
     if (path === '/whatif/lanes') return this.whatIf(JSON.parse(body) as LanesRequest);
     if (path === '/scenarios/parse') return this.motor(body);
     if (path === '/spectrum' || path === '/views/ballbar') return view(path, body);
+    if (path.startsWith(PATHS)) return this.paths(method, path, body);
     return problem(501, NEEDS_SERVER);
+  }
+
+  /** Answers what the screen of paths asks. */
+  private async paths(...request: [method: string, path: string, body: string]): Promise<Response> {
+    const [{ answerOfPaths }, code] = await Promise.all([import('./path-routes'), this.motions()]);
+    const shipped = this.answers[PATHS] as TrajectoryEntry[];
+    return answerOfPaths(code, request, shipped, this.parts);
+  }
+
+  /** Motion profiles and curves. */
+  private motions(): Promise<MotionCode> {
+    this.motionCode ??= import(/* @vite-ignore */ `${this.folder}motions.js`);
+    return this.motionCode as Promise<MotionCode>;
   }
 
   private shipped(name: string): Scenario {
@@ -120,9 +135,7 @@ export class DemoServer {
       };
       return new Response(packLanes(answer));
     } catch (error) {
-      if (error instanceof Refused) return problem(422, error.message, error.problem.errors);
-      if (error instanceof Beyond) return problem(501, `${error.message}. ${NEEDS_SERVER}`);
-      throw error;
+      return refusal(error);
     }
   }
 
@@ -134,16 +147,12 @@ export class DemoServer {
   ): Promise<Lanes | null> {
     if (equal(shipped.trajectory, trajectory)) return null;
     const { REFERENCE_ROWS, withMotion } = await import('./moved-lanes');
-    const { infeasible } = await import('./reference');
+    const { checkRanges, infeasible } = await import('./motion-limits');
     const references = lanes.rows.every(([row]) => REFERENCE_ROWS.some((name) => name === row));
     // What depends on the times of the shipped motion.
     if (!references || schedule.length > 0 || window) return null;
-    const problems = Object.entries(trajectory).flatMap(([name, value]) =>
-      outOfRange(`trajectory.${name}`, value as Value),
-    );
-    if (problems.length > 0) throw new Refused(problems);
-    this.motionCode ??= import(/* @vite-ignore */ `${this.folder}motions.js`);
-    const code = await this.motionCode;
+    checkRanges(trajectory);
+    const code = await this.motions();
     const known = this.motion;
     const motion =
       known && known.of === lanes && equal(known.trajectory, trajectory)
@@ -180,22 +189,6 @@ async function view(path: '/spectrum' | '/views/ballbar', body: string): Promise
   } catch (error) {
     return problem(422, error instanceof Error ? error.message : String(error));
   }
-}
-
-function json(value: unknown): Response {
-  return new Response(JSON.stringify(value), { headers: JSON_TYPE });
-}
-
-function problem(
-  status: number,
-  detail: string,
-  errors: Problem['errors'] | readonly object[] = [],
-) {
-  const title = status === 422 ? 'Refused' : 'No server';
-  return new Response(JSON.stringify({ title, status, detail, errors }), {
-    status,
-    headers: JSON_TYPE,
-  });
 }
 
 /** A session that never moves; without a stream. */

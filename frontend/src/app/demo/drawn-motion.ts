@@ -5,7 +5,7 @@ import { byInstant, type Of, type Plan, ticksOf, times } from './motion';
 import type { MotionCode, Piece, Point, Timing } from './motion-code';
 import { polyline, spline } from './spline';
 
-type Drawn = Of<'path'>;
+type Drawn = Omit<Of<'path'>, 'corners'> & { corners?: readonly number[] };
 /** Arc length to a place with two derivatives, and the arc length at each point. */
 export interface Curve {
   path: Piece['path'];
@@ -24,11 +24,11 @@ export function drawnPieces(
   if (config.law === 'time_optimal') {
     throw new Beyond('a time-optimal motion is planned there');
   }
-  const { points, closed } = config as { points: Point[]; closed: boolean };
+  const { points, closed, corners = [] } = config as Drawn & { points: Point[] };
   const curve =
     config.geometry === 'polyline'
       ? polyline(code, points, closed)
-      : spline(code, points, closed, config.corners);
+      : spline(code, points, closed, corners);
   if (config.law === 'constant_speed') return atConstantSpeed(code, config, curve, hold);
   const lap = stopAndGo(code, config, config.law, curve);
   const pieces = [...hold(points[0] as Point, config.dwell), ...times([lap], config.laps)];
@@ -44,7 +44,8 @@ function stopAndGo(
   { path, marks }: Curve,
 ): Piece {
   const last = marks.length - 1;
-  const numbers = config.geometry === 'polyline' ? [...marks.keys()] : [0, ...config.corners, last];
+  const numbers =
+    config.geometry === 'polyline' ? [...marks.keys()] : [0, ...(config.corners ?? []), last];
   const stops = [...new Set(numbers)].sort((a, b) => a - b).map((k) => marks[k] as number);
   const ways = stops.slice(1).map((stop, i) => stop - (stops[i] as number));
   const roots = ways.reduce((total, way) => total + Math.sqrt(way), 0);

@@ -6,8 +6,9 @@ import { exampleLanes } from '../../kernel/example-lanes';
 import type { Scenario } from '../api/types';
 import { Beyond } from '../whatif/changed-lanes';
 import type { MotionCode } from './motion-code';
+import { infeasible } from './motion-limits';
 import { withMotion } from './moved-lanes';
-import { infeasible, sampled } from './reference';
+import { sampled } from './reference';
 
 const code = generated as unknown as MotionCode;
 type Trajectory = Scenario['trajectory'];

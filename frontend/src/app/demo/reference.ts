@@ -2,18 +2,18 @@
 
 import type { Axis, Hold } from '../../kernel/lanes';
 import { AXES } from '../../kernel/module';
-import type { ProblemField, Scenario } from '../api/types';
+import type { Scenario } from '../api/types';
 import { Beyond } from '../whatif/changed-lanes';
 import { placeAt, planMotion, SAME_PLACE, ticksOf } from './motion';
 import type { MotionCode, Piece, Point } from './motion-code';
 
 /** Ticks sampled at once. */
 const BLOCK = 4096;
-const POSITION_ROUNDING = 1e-12;
-const ROUNDING = 1e-9;
 
 export interface Reference {
   ticks: number;
+  /** Ticks of a lap that repeats; 0 where none does. */
+  period: number;
   /** Position, velocity and acceleration of x, then of y. */
   columns: readonly Float64Array[];
   end: Point;
@@ -58,6 +58,7 @@ export function sampled(
   const stretches = stretchesOf(pieces);
   return {
     ticks,
+    period,
     columns,
     end,
     moving: AXES.filter((_, i) => {
@@ -134,37 +135,4 @@ function holdsWithin(
       const move = (position[first] as number) - (position[from.get(first) ?? first - 1] as number);
       return [first - start, Math.min(stop, end) - start, move];
     });
-}
-
-/** What of a motion exceeds stroke, steps, velocity or acceleration of its motor; thrust is not looked at. */
-export function infeasible(
-  code: MotionCode,
-  { columns, end, ticks }: Reference,
-  plant: Scenario['plant'],
-): ProblemField[] {
-  return AXES.flatMap((axis, i) => {
-    const [p, v, a] = columns.slice(3 * i, 3 * i + 3) as [Float64Array, Float64Array, Float64Array];
-    const { stroke, velocity_max, acceleration_max } = plant[axis];
-    let [position, step, velocity, acceleration] = [Math.abs(end[i] as number), 0, 0, 0];
-    for (let k = 0; k < ticks; k++) {
-      const [now, before] = [v[k] as number, k > 0 ? (v[k - 1] as number) : 0];
-      const way = k > 0 ? (p[k] as number) - (p[k - 1] as number) : 0;
-      position = Math.max(position, Math.abs(p[k] as number));
-      if (k > 0) step = Math.max(step, Math.abs(code.jump(way, now, before)));
-      velocity = Math.max(velocity, Math.abs(now));
-      const own = code.mean_acceleration(a[k] as number, now, before);
-      acceleration = Math.max(acceleration, Math.abs(own));
-    }
-    const limits = [
-      ['position', position, stroke, 'm', POSITION_ROUNDING],
-      ['a step', step, code.STEP_MAX, 'm', POSITION_ROUNDING],
-      ['velocity', velocity, velocity_max, 'm/s', ROUNDING * velocity_max],
-      ['acceleration', acceleration, acceleration_max, 'm/s^2', ROUNDING * acceleration_max],
-    ] as const;
-    return limits.flatMap(([name, value, maximum, unit, slack]) => {
-      if (value <= maximum + slack) return [];
-      const message = `${name} of ${axis} exceeds the motor's`;
-      return [{ loc: 'trajectory', message, value, bounds: { maximum }, unit }];
-    });
-  });
 }

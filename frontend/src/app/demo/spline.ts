@@ -6,6 +6,9 @@ import type { MotionCode, Point, Rows } from './motion-code';
 /** Nodes of a curve, and of one edge at least and at most. */
 const NODES = 4096;
 const NODES_PER_EDGE = [16, 256] as const;
+/** Corners of a curve that is drawn, and of one edge at least and at most. */
+const DRAWN = 2048;
+const DRAWN_PER_EDGE = [4, 64] as const;
 /** Gauss-Legendre, five points. */
 const ABSCISSAE = [
   -0.906179845938664, -0.5384693101056831, 0, 0.5384693101056831, 0.906179845938664,
@@ -35,6 +38,42 @@ export function spline(
   closed: boolean,
   breaks: readonly number[],
 ): Curve {
+  const { knots, cubic } = fit(points, closed, breaks);
+  const edges = knots.length - 1;
+  const nodes = Math.min(Math.max(Math.floor(NODES / edges), NODES_PER_EDGE[0]), NODES_PER_EDGE[1]);
+  const { arcLengths, parameters, pace } = table(code, cubic, knots, nodes);
+  const marks = arcLengths.filter((_, i) => i % nodes === 0);
+  return {
+    marks,
+    path: (q) =>
+      code.follow(cubic, knots, nodes, arcLengths, parameters, pace, within(q, marks, closed)),
+  };
+}
+
+/** Corners on the spline from end to end, for drawing, evenly spaced in the parameter, and the edge of each. */
+export function outline(
+  points: readonly Point[],
+  closed: boolean,
+  breaks: readonly number[],
+): { places: Point[]; edges: number[] } {
+  const { corners, knots, cubic } = fit(points, closed, breaks);
+  const count = knots.length - 1;
+  const [fewest, most] = DRAWN_PER_EDGE;
+  const each = Math.min(Math.max(Math.floor(DRAWN / count), fewest), most);
+  const places = Array.from({ length: count * each }, (_, k): Point => {
+    const edge = Math.floor(k / each);
+    const h = (knots[edge + 1] as number) - (knots[edge] as number);
+    const u = (h * (k % each)) / each;
+    const at = (axis: 0 | 1) =>
+      cubic.reduceRight((sum, row) => sum * u + (row[edge] as Point)[axis], 0);
+    return [at(0), at(1)];
+  });
+  const edges = places.map((_, k) => Math.floor(k / each));
+  return { places: [...places, corners.at(-1) as Point], edges: [...edges, count - 1] };
+}
+
+/** The points once round, the parameter at each, and the cubic between them. */
+function fit(points: readonly Point[], closed: boolean, breaks: readonly number[]) {
   const corners = roundOf(points, closed);
   const knots = sums(edgesOf(corners).map(([x, y]) => Math.sqrt(Math.hypot(x, y))));
   const edges = knots.length - 1;
@@ -46,15 +85,7 @@ export function spline(
       ends,
     ),
   );
-  const cubic = coefficients(knots, corners, second);
-  const nodes = Math.min(Math.max(Math.floor(NODES / edges), NODES_PER_EDGE[0]), NODES_PER_EDGE[1]);
-  const { arcLengths, parameters, pace } = table(code, cubic, knots, nodes);
-  const marks = arcLengths.filter((_, i) => i % nodes === 0);
-  return {
-    marks,
-    path: (q) =>
-      code.follow(cubic, knots, nodes, arcLengths, parameters, pace, within(q, marks, closed)),
-  };
+  return { corners, knots, cubic: coefficients(knots, corners, second) };
 }
 
 function roundOf(points: readonly Point[], closed: boolean): readonly Point[] {

@@ -3,6 +3,7 @@
 import { ApiError } from '../../app/api/client';
 import { equal } from '../../app/api/scenario-paths';
 import type { Changes, ProblemField, Trajectory } from '../../app/api/types';
+import { demo } from '../../app/demo/demo-mode';
 import { fieldErrorsText, errorText } from '../../app/error-text';
 import { LatestWins } from '../../app/latest-wins';
 import { GIVEN_PATH, type GivenPath } from '../../app/session/kept-sessions';
@@ -56,6 +57,7 @@ export class Editor {
     app.api,
     (fields, detail) => this.complain(fields, detail),
     app.kernel,
+    demo !== null,
   );
   problem = $state('');
   private moving = false;

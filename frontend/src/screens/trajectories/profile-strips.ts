@@ -93,9 +93,12 @@ export class ProfileStrips {
     canvas.clear();
     canvas.c.globalAlpha = fresh ? 1 : 0.7;
     const floor = canvas.height - BOTTOM;
-    const each = floor / STRIPS.length;
-    STRIPS.forEach((strip, i) => {
-      const last = i === STRIPS.length - 1;
+    const strips = STRIPS.filter(({ curves }) =>
+      curves.some(({ column }) => checked.columns.has(column)),
+    );
+    const each = floor / strips.length;
+    strips.forEach((strip, i) => {
+      const last = i === strips.length - 1;
       this.strip(checked, strip, x, [last ? floor : (i + 1) * each - 4, i * each + TITLE], last);
     });
     canvas.c.globalAlpha = 1;

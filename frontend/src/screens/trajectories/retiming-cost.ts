@@ -64,7 +64,11 @@ const MEASURES: readonly Measure[] = [
 
 /** Returns lap time and peaks of both motions; dashes for one that is not known. */
 export function costs(now: Checked | null, then: Checked | null): Cost[] {
-  return MEASURES.map(({ name, title, unit, of }) => {
+  const known = (quantity: string) =>
+    [now, then].some((each) => each?.peaks.some((peak) => peak.quantity === quantity));
+  // A demo finds no thrust.
+  const measures = MEASURES.filter(({ name }) => name !== 'thrust' || known(name));
+  return measures.map(({ name, title, unit, of }) => {
     const [before, after] = [now && of(now), then && of(then)];
     const change = before && after !== null && before > 0 ? after / before - 1 : null;
     const largest = Math.max(before ?? 0, after ?? 0);
