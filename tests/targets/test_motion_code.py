@@ -11,6 +11,7 @@ import pytest
 
 from motionlab.targets.javascript import Translator, UntranslatableError
 from motionlab.targets.motion_code import motion_code
+from tests.alike import assert_alike
 from tests.fixtures.__main__ import DEMO_CHECKS, DEMO_MOTIONS, MOTION_CODE
 from tests.fixtures.demo_checks import checks
 from tests.fixtures.demo_motions import motions
@@ -30,20 +31,7 @@ def test_the_fixtures_of_the_page_are_what_is_computed() -> None:
 
 
 def test_the_fixture_of_checked_paths_is_what_is_computed() -> None:
-    kept, now = json.loads(DEMO_CHECKS.read_text()), json.loads(json.dumps(checks()))
-    kept, now = _named(kept), _named(now)
-    assert kept.keys() == now.keys()
-    for name, value in kept.items():
-        expected = pytest.approx(value, rel=1e-5, abs=1e-9) if isinstance(value, float) else value
-        assert now[name] == expected, f"{name}: run python -m tests.fixtures"
-
-
-def _named(value: Any, name: str = "") -> dict[str, Any]:
-    """Return each number and text of a document by its place."""
-    if not isinstance(value, dict | list):
-        return {name: value}
-    items = value.items() if isinstance(value, dict) else enumerate(value)
-    return {place: each for key, of in items for place, each in _named(of, f"{name}.{key}").items()}
+    assert_alike(json.loads(DEMO_CHECKS.read_text()), checks(), rel=1e-5, least=1e-9)
 
 
 def _rounded(value: Any) -> Any:
