@@ -13,6 +13,7 @@ import subprocess
 import tempfile
 import threading
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
@@ -56,7 +57,12 @@ def run_in(evaluate: Evaluate, memory: Memory) -> list[float]:
 
 
 def in_chromium(address: str, expression: str) -> str:
-    """Evaluate in Debian's Chromium."""
+    """Evaluate in Debian's Chromium, by a thread: this one may drive another browser."""
+    with ThreadPoolExecutor(1) as own:
+        return own.submit(_evaluated, address, expression).result()
+
+
+def _evaluated(address: str, expression: str) -> str:
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
         page = browser.new_page()
