@@ -12,6 +12,14 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 
 from motionlab.config.load import load_scenario
+from motionlab.kernel.layout import (
+    MODEL_FRICTION,
+    Command,
+    ControllerState,
+    parameter_row,
+    state_row,
+)
+from motionlab.loop import lane_controller
 from motionlab.loop.family import SPEEDS, VELOCITIES, LoopFamily, stability_limits, with_gains
 from motionlab.loop.lane_loops import FREQUENCIES
 from motionlab.loop.linearise import Loop, linearise, parameters, plant_about
@@ -144,3 +152,18 @@ def test_stability_changes_at_the_limits(changes: dict[str, Any], speed: float) 
 
 def gains_of(gains: Any) -> dict[str, float]:
     return {"k_p": gains.k_p, "k_d": gains.k_d}
+
+
+def test_states_of_the_linearised_controller_lie_where_the_kernel_has_them() -> None:
+    memory = [f"memory.{name}" for name in ControllerState._fields if name != "e_last"]
+    commands = [
+        f"{when}.{name}"
+        for when in ("acting", "pending")
+        for name in Command._fields
+        if not name.startswith("current_")
+    ]
+    names = ["law.s_0", "law.s_1", *memory, *commands]
+    assert len(memory) + len(commands) == lane_controller.MEMORY_STATES
+    found = [lane_controller._row(state, 2) for state in range(len(names))]
+    assert found == [state_row(name) for name in names]
+    assert parameter_row("model_friction.v_s") == MODEL_FRICTION + 5
