@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+import numba
 import pytest
 
 from motionlab.server import kernel_compiler
@@ -56,3 +57,13 @@ def test_what_was_compiled_before_is_not_compiled_again(
     assert compiling.settled
     compiling.close()
     assert not (mark.parent / "again").exists()
+
+
+def test_where_numba_compiles_nothing_nothing_is_waited_for(
+    mark: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(numba.config, "DISABLE_JIT", True)
+    compiling = Kernels()
+    compiling.start()
+    assert compiling.settled
+    assert compiling._process is None

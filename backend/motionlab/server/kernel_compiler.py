@@ -8,18 +8,23 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from typing import Any
+
+import numba
 
 from motionlab.simulation.precompile import mark
+
+_numba: Any = numba  # whose types do not name all that it exports
 
 COMMAND = (sys.executable, "-m", "motionlab.simulation.precompile")
 
 
 class Kernels:
-    """The process that compiles, while there is one."""
+    """The process that compiles, while there is one; with NUMBA_DISABLE_JIT there is none."""
 
     def __init__(self) -> None:
         self._process: subprocess.Popen[bytes] | None = None
-        self._settled = mark().exists()
+        self._settled = _numba.config.DISABLE_JIT or mark().exists()
 
     def start(self) -> None:
         """Start compiling, unless that was done before."""
