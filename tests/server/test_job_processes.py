@@ -18,6 +18,7 @@ from motionlab.server import kernel_compiler
 from motionlab.server.jobs import Jobs, JobTask
 from motionlab.server.settings import Settings
 from motionlab.server.workers import fork_client
+from motionlab.simulation import precompile
 from tests.library.served import Served
 from tests.processes import runs
 from tests.server import calls
@@ -155,7 +156,7 @@ def test_jobs_end_where_no_process_can_be_started(
 _COLD = """\
 from motionlab.server import preload
 from motionlab.server.workers import forkserver
-preload.warm_up = lambda: 1 / 0
+preload.warm_up = lambda done: 1 / 0
 forkserver.main()"""
 
 
@@ -169,11 +170,37 @@ def test_a_failed_warm_up_is_named_by_jobs_that_it_may_have_ended(
     assert report["error"].endswith("not everything could be loaded when the server started")
 
 
+_LUKEWARM = """\
+import time
+from motionlab.server import preload
+from motionlab.server.workers import forkserver
+def warm_up(done):
+    done(0.4)
+    time.sleep(99)
+preload.warm_up = warm_up
+forkserver.main()"""
+
+
+def test_health_tells_how_much_is_compiled(
+    make_server: MakeServer, data: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(precompile, "mark", lambda: data / "batches")
+    monkeypatch.setattr(fork_client, "_COMMAND", (sys.executable, "-c", _LUKEWARM))
+    server = make_server(Settings())
+    with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
+        until(lambda: client.get(f"{API}/health").json()["compiled"] > 0.0)
+        health = client.get(f"{API}/health").json()
+        assert (health["compiling"], health["compiled"]) == (True, 0.4)
+        (data / "batches").touch()
+        health = client.get(f"{API}/health").json()
+        assert (health["compiling"], health["compiled"]) == (False, 1.0)
+
+
 def test_a_job_that_waits_for_kernels_lets_others_pass(
     make_server: MakeServer, data: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     mark = data / "batches"
-    monkeypatch.setattr(kernel_compiler, "mark", lambda: mark)
+    monkeypatch.setattr(precompile, "mark", lambda: mark)
     monkeypatch.setattr(
         kernel_compiler, "COMMAND", (sys.executable, "-c", "import time; time.sleep(99)")
     )

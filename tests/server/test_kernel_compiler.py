@@ -5,18 +5,18 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-import numba
 import pytest
 
 from motionlab.server import kernel_compiler
 from motionlab.server.kernel_compiler import Kernels
+from motionlab.simulation import precompile
 from tests.server.live import until
 
 
 @pytest.fixture
 def mark(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     path = tmp_path / "batches"
-    monkeypatch.setattr(kernel_compiler, "mark", lambda: path)
+    monkeypatch.setattr(precompile, "mark", lambda: path)
     return path
 
 
@@ -62,7 +62,7 @@ def test_what_was_compiled_before_is_not_compiled_again(
 def test_where_numba_compiles_nothing_nothing_is_waited_for(
     mark: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(numba.config, "DISABLE_JIT", True)
+    monkeypatch.setattr("numba.config.DISABLE_JIT", True)
     compiling = Kernels()
     compiling.start()
     assert compiling.settled

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import subprocess
 import sys
-from concurrent.futures import ThreadPoolExecutor, as_completed
+import tempfile
+from collections.abc import Iterator
 from typing import Any
 
 from motionlab.cli.messages import say
@@ -16,9 +18,6 @@ EXAMPLES = """\
 examples:
   motionlab precompile
 """
-
-_PARTS = "motionlab.simulation.precompile", "motionlab.drive.precompile"
-"""Modules that compile, each in a process of its own."""
 
 
 def add(commands: Any) -> None:
@@ -35,25 +34,49 @@ def add(commands: Any) -> None:
 
 def _precompile(_: argparse.Namespace) -> int:
     from motionlab.lanes.compiler.cache import cache_folder
+    from motionlab.simulation.precompile import LAST_OF_KERNEL
 
-    with share_done("compile") as progress, ThreadPoolExecutor(len(_PARTS)) as threads:
+    with share_done("compile") as progress, contextlib.ExitStack() as processes:
         progress(0.0)
-        for count, done in enumerate(as_completed(threads.submit(_compile, m) for m in _PARTS), 1):
-            done.result()
-            progress(count / len(_PARTS))
+        compilers = [processes.enter_context(_Compiler("motionlab.simulation.precompile"))]
+        for line in compilers[0].lines():
+            share, step = line.split(maxsplit=1)
+            progress(float(share))
+            if step.strip() == LAST_OF_KERNEL:  # which drives call: they find it compiled
+                compilers.append(processes.enter_context(_Compiler("motionlab.drive.precompile")))
+        for compiler in compilers:
+            compiler.wait()
     say(f"everything is compiled, in {cache_folder()}")
     return DONE
 
 
-def _compile(module: str) -> None:
-    done = subprocess.run(
-        [sys.executable, "-m", module],
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
-        check=False,
-    )
-    if done.returncode != 0:
-        last = (done.stderr.strip().splitlines() or [f"exit code {done.returncode}"])[-1]
-        raise MotionLabError(f"{module} could not compile: {last}")
+class _Compiler(contextlib.AbstractContextManager["_Compiler"]):
+    """A process that compiles, which ends with its block."""
+
+    def __init__(self, module: str) -> None:
+        self._module = module
+        self._errors = tempfile.TemporaryFile("w+")
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", module],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=self._errors,
+            text=True,
+        )
+
+    def lines(self) -> Iterator[str]:
+        """Yield what it prints."""
+        assert self._process.stdout is not None
+        yield from self._process.stdout
+
+    def wait(self) -> None:
+        """Wait for its end."""
+        if (code := self._process.wait()) != 0:
+            self._errors.seek(0)
+            last = (self._errors.read().strip().splitlines() or [f"exit code {code}"])[-1]
+            raise MotionLabError(f"{self._module} could not compile: {last}")
+
+    def __exit__(self, *_: object) -> None:
+        self._process.kill()
+        self._process.communicate()
+        self._errors.close()

@@ -184,7 +184,13 @@ def _answers() -> dict[str, Any]:
     answers["/trajectories"] = [each for each in answers["/trajectories"] if each["shipped"]]
     return {
         **answers,
-        "/health": {"login": False, "drive": None, "help": False, "compiling": False},
+        "/health": {
+            "login": False,
+            "drive": None,
+            "help": False,
+            "compiling": False,
+            "compiled": 1.0,
+        },
         "/gain-sets": [],
         "/layouts": [],
         "/maps": [],

@@ -8,13 +8,8 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from typing import Any
 
-import numba
-
-from motionlab.simulation.precompile import mark
-
-_numba: Any = numba  # whose types do not name all that it exports
+from motionlab.simulation.precompile import batches_compiled
 
 COMMAND = (sys.executable, "-m", "motionlab.simulation.precompile")
 
@@ -24,7 +19,7 @@ class Kernels:
 
     def __init__(self) -> None:
         self._process: subprocess.Popen[bytes] | None = None
-        self._settled = _numba.config.DISABLE_JIT or mark().exists()
+        self._settled = batches_compiled()
 
     def start(self) -> None:
         """Start compiling, unless that was done before."""
@@ -36,7 +31,7 @@ class Kernels:
     def settled(self) -> bool:
         """Whether they are compiled, or compiling them has failed: their user then reports that."""
         ended = self._process is not None and self._process.poll() is not None
-        self._settled = self._settled or ended or mark().exists()
+        self._settled = self._settled or ended or batches_compiled()
         return self._settled
 
     def close(self) -> None:

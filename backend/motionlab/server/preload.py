@@ -4,14 +4,21 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
+from collections.abc import Callable
 
 from motionlab import studies
 from motionlab.simulation.precompile import first_use, rare_use
 
 
-def warm_up() -> None:
-    """Load simulations and path checks; compile them on the first start."""
-    first_use()
+def warm_up(done: Callable[[float], None] = lambda _: None) -> None:
+    """Load simulations and path checks; compile them on the first start.
+
+    Parameters
+    ----------
+    done : callable, optional
+        Takes the share of compiling that is done, 0 to 1.
+    """
+    first_use(done)
     importlib.import_module("motionlab.server.routes.trajectories")
     importlib.import_module("motionlab.library.spool")  # which the first Play needs
 

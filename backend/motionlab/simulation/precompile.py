@@ -1,7 +1,8 @@
 """Compile everything but drives ahead of its first use, for later processes to find.
 
-``python -m motionlab.simulation.precompile``: what a first simulation and a path need, the kernels
-of batches, then those with tables, of time-optimal profiles and linearised loops, and the rest.
+``python -m motionlab.simulation.precompile``: what a first simulation, its loop and a path need,
+the kernels of batches, then those with tables, of time-optimal profiles, and the rest. It prints
+each step that is done, after the share of all work, 0 to 1.
 """
 
 from __future__ import annotations
@@ -9,9 +10,12 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any, NamedTuple
+
+import numba
 
 from motionlab.config.drawn_path import DrawnPath
 from motionlab.config.load import epochs, load_scenario
@@ -22,7 +26,7 @@ from motionlab.loop.family import LoopFamily
 from motionlab.motor_design.fem.compute import compute
 from motionlab.motor_design.fem.geometry import Geometry
 from motionlab.simulation.batch import run_prepared
-from motionlab.simulation.prepare import limit_sets, prepare
+from motionlab.simulation.prepare import Prepared, limit_sets, prepare
 from motionlab.simulation.result import document
 from motionlab.simulation.run import run
 from motionlab.telemetry.expressions import evaluate
@@ -30,10 +34,20 @@ from motionlab.timing import CONTROL_PERIOD
 from motionlab.trajectories.spline import outline
 from motionlab.trajectories.trajectory_check import examine
 
+_numba: Any = numba  # whose types do not name all that it exports
+
 _PATH = {"kind": "path", "points": [[0.0, 0.0], [0.01, 0.0], [0.01, 0.01]]}
 _LAP = _PATH | {"closed": True, "lap_time": 2.0}
 _TIME_OPTIMAL = _PATH | {"law": "time_optimal", "v_max": 0.1, "a_max": 1.0, "j_max": 20.0}
 _GEOMETRIES = "polyline", "spline"
+
+
+class Step(NamedTuple):
+    """What is compiled together."""
+
+    name: str
+    compile: Callable[[], None]
+    seconds: float  # about: processor time, for shares of the work
 
 
 def mark() -> Path:
@@ -41,17 +55,20 @@ def mark() -> Path:
     return cache_folder() / "batches"
 
 
-def first_use() -> None:
-    """Compile, or load, what a first simulation, its loop and the check of a path need."""
-    changes = {"trajectory": {"kind": "point", "duration": CONTROL_PERIOD}}
-    prepared = prepare(load_scenario("circle", changes))
-    document(prepared, run(prepared))
-    family = LoopFamily.of(prepared.scenario, "A", "x")
-    family.limits(1.0, 1.0)
-    family.figures(1.0, 1.0)
-    for geometry in _GEOMETRIES:
-        _check(_LAP | {"geometry": geometry})
-    _check(_TIME_OPTIMAL | {"geometry": "spline"})
+def batches_compiled() -> bool:
+    """Return whether the kernels of batches are compiled, or numba is to compile nothing."""
+    return _numba.config.DISABLE_JIT or mark().exists()
+
+
+def first_use(done: Callable[[float], None] = lambda _: None) -> None:
+    """Compile, or load, what a first simulation, its loop and the check of a path need.
+
+    Parameters
+    ----------
+    done : callable, optional
+        Takes the share that is done, 0 to 1, after each step.
+    """
+    _take((_KERNEL, *_FIRST), lambda share, _: done(share))
 
 
 def rare_use() -> None:
@@ -61,6 +78,54 @@ def rare_use() -> None:
         compute(Geometry(), "preview")
 
 
+def main() -> int:
+    """Compile what is missing at low priority."""
+    with contextlib.suppress(OSError):
+        os.nice(10)
+    _take((_KERNEL, _TABLES, *_FIRST, *_MORE), lambda share, name: print(share, name, flush=True))
+    return 0
+
+
+def _take(steps: Sequence[Step], done: Callable[[float, str], None]) -> None:
+    if _numba.config.DISABLE_JIT:
+        return
+    total, taken = sum(step.seconds for step in steps), 0.0
+    for step in steps:
+        step.compile()
+        taken += step.seconds
+        done(taken / total, step.name)
+
+
+def _point(changes: Mapping[str, object] | None = None, ticks: int = 1) -> Prepared:
+    point = {"trajectory": {"kind": "point", "duration": ticks * CONTROL_PERIOD}}
+    return prepare(load_scenario("circle", {**point, **(changes or {})}))
+
+
+def _kernel() -> None:
+    prepared = _point()
+    document(prepared, run(prepared))
+
+
+def _tables() -> None:
+    run(_point(_MAP))
+    all_laws()
+
+
+def _loops() -> None:
+    family = LoopFamily.of(_point().scenario, "A", "x")
+    family.limits(1.0, 1.0)
+    family.figures(1.0, 1.0)
+
+
+def _paths() -> None:
+    for geometry in _GEOMETRIES:
+        _check(_LAP | {"geometry": geometry})
+
+
+def _time_optimal_spline() -> None:
+    _check(_TIME_OPTIMAL | {"geometry": "spline"})
+
+
 def _check(path: Mapping[str, object]) -> None:
     scenario = prepare(load_scenario("circle", {"trajectory": path})).scenario
     examine(scenario.trajectory, limit_sets(epochs(scenario)), bins=10)
@@ -68,29 +133,41 @@ def _check(path: Mapping[str, object]) -> None:
         outline(drawn.points, closed=drawn.closed, corners=drawn.corners)
 
 
-def main() -> int:
-    """Compile what is missing at low priority."""
+def _batches(changes: Mapping[str, object] | None = None) -> None:
+    # Two ticks: arrays of one are contiguous whatever their strides, for which other code is made.
+    prepared = _point(changes, ticks=2)
+    run_prepared([prepared])
+    run_prepared([prepared] * WIDE, threads=1)
     with contextlib.suppress(OSError):
-        os.nice(10)
-    first_use()
-    all_laws()
-    _compile_batches()
+        mark().touch()
+
+
+def _batches_with_tables() -> None:
+    _batches(_MAP)
+
+
+def _time_optimal_paths() -> None:
     for geometry in _GEOMETRIES:
         prepare(load_scenario("circle", {"trajectory": _TIME_OPTIMAL | {"geometry": geometry}}))
-    rare_use()
-    return 0
 
 
-def _compile_batches() -> None:
-    # Two ticks: arrays of one are contiguous whatever their strides, for which other code is made.
-    point = {"trajectory": {"kind": "point", "duration": 2 * CONTROL_PERIOD}}
-    for force_map in ({}, {"plant.force_map": "new-design"}):
-        prepared = prepare(load_scenario("circle", point | force_map))
-        run(prepared)
-        run_prepared([prepared])
-        run_prepared([prepared] * WIDE, threads=1)
-        with contextlib.suppress(OSError):
-            mark().touch()
+_MAP = {"plant.force_map": "new-design"}
+
+_KERNEL = Step("kernel", _kernel, 8.0)
+_TABLES = Step("kernel with tables, laws", _tables, 5.0)
+_FIRST = (
+    Step("loops", _loops, 18.0),
+    Step("paths", _paths, 6.0),
+    Step("time-optimal splines", _time_optimal_spline, 14.0),
+)
+_MORE = (
+    Step("batches", _batches, 20.0),
+    Step("batches with tables", _batches_with_tables, 23.0),
+    Step("time-optimal paths", _time_optimal_paths, 1.0),
+    Step("math channels, finite elements", rare_use, 1.0),
+)
+LAST_OF_KERNEL = _TABLES.name
+"""Step after which nothing compiles the kernel of single runs again."""
 
 
 if __name__ == "__main__":

@@ -64,6 +64,8 @@ export class Store {
   readonly link = new LinkWatch(this.watched());
   /** Whether the server compiles what simulations need, once on its machine. */
   compiling = $state(false);
+  /** Share of what the server compiles that is compiled, 0 to 1. */
+  compiled = $state(1);
   private moving = false;
 
   /** What the controls show. */
@@ -116,11 +118,12 @@ export class Store {
 
   /** Asks what the server is. */
   private async meet(): Promise<void> {
-    const { login, drive, help, compiling } = await this.api.health();
+    const { login, drive, help, compiling, compiled } = await this.api.health();
     screen.documented = help;
     this.token.required = login;
     this.drive.start(drive);
     this.compiling = compiling;
+    this.compiled = compiled;
     if (compiling) void this.watchCompilation();
   }
 
@@ -130,6 +133,7 @@ export class Store {
       await new Promise((resolve) => setTimeout(resolve, COMPILATION));
       const health = await this.api.health().catch(() => null);
       this.compiling = health?.compiling ?? true;
+      this.compiled = health?.compiled ?? this.compiled;
     }
   }
 

@@ -16,7 +16,7 @@ from motionlab.server.http.openapi_input import examples
 from motionlab.server.http.problems import responses
 from motionlab.server.http.security import find_login
 from motionlab.server.http.strict_json import JsonRoute
-from motionlab.simulation.precompile import mark
+from motionlab.simulation.precompile import batches_compiled
 
 _LOG = logging.getLogger(__name__)
 
@@ -34,6 +34,7 @@ class Health(BaseModel):
     compiling: bool = Field(
         description="Whether simulations wait until they are compiled, once on a machine"
     )
+    compiled: float = Field(description="Share of that which is compiled, 0 to 1")
 
 
 class LoginRequest(BaseModel):
@@ -47,14 +48,16 @@ class LoginRequest(BaseModel):
 @router.get("/health", operation_id="getHealth", tags=["server"])
 async def get_health(request: Request) -> Health:
     """Answer that the server is up; needs no token."""
-    settings = request.app.state.settings
+    settings, workers = request.app.state.settings, request.app.state.workers
+    compiling = not (workers.ready or batches_compiled())
     return Health(
         status="ok",
         version=__version__,
         login=settings.token is not None,
         drive=settings.drive is not None,
         help=request.app.state.documented,
-        compiling=not (request.app.state.workers.ready or mark().exists()),
+        compiling=compiling,
+        compiled=workers.forks.warmth if compiling else 1.0,
     )
 
 

@@ -17,8 +17,9 @@ from motionlab.errors import ConfigError, FieldError
 REQUEST = struct.Struct("<cI")
 """Requests to the fork server: to fork or to kill, and the number of the worker."""
 NOTICE = struct.Struct("<cIi")
-"""Messages of the fork server: it is warm, complete, or which worker ended with what status."""
-FORK, KILL, WARM, COMPLETE, ENDED = b"f", b"k", b"w", b"c", b"e"
+"""Messages of the fork server: how much of it is warm, in percent, that it is, that it is complete,
+or which worker ended with what status."""
+FORK, KILL, WARMER, WARM, COMPLETE, ENDED = b"f", b"k", b"p", b"w", b"c", b"e"
 
 _HEAD = struct.Struct("<I?")  # length; whether a file comes with it
 _READ = 1 << 16

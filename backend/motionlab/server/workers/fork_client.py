@@ -25,6 +25,7 @@ from motionlab.server.workers.channel import (
     NOTICE,
     REQUEST,
     WARM,
+    WARMER,
     Contents,
     Failure,
     Inbox,
@@ -292,6 +293,8 @@ class Forks:
     def __init__(self, memory: MemoryBudget) -> None:
         self.settled = asyncio.Event()
         """Set once all that simulations need is loaded, or is known not to be."""
+        self.warmth = 0.0
+        """Share of it that is loaded or compiled, 0 to 1."""
         self.failure: str | None = None
         """Why no process can be started."""
         self.incomplete = False
@@ -380,7 +383,9 @@ class Forks:
         while len(self._notices) >= size:
             kind, number, status = NOTICE.unpack_from(self._notices)
             del self._notices[:size]
-            if kind == WARM:
+            if kind == WARMER:
+                self.warmth = status / 100.0
+            elif kind == WARM:
                 self._warm, self.failure, self.incomplete = True, None, bool(status)
                 self.settled.set()
             elif kind == COMPLETE:

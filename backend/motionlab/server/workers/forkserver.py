@@ -18,7 +18,15 @@ from collections.abc import Callable
 
 from motionlab.server import preload
 from motionlab.server.workers import worker
-from motionlab.server.workers.channel import COMPLETE, ENDED, FORK, NOTICE, REQUEST, WARM
+from motionlab.server.workers.channel import (
+    COMPLETE,
+    ENDED,
+    FORK,
+    NOTICE,
+    REQUEST,
+    WARM,
+    WARMER,
+)
 
 _PRIORITY = 10
 _REST_AFTER = 3.0
@@ -125,7 +133,11 @@ def main() -> None:
     worker.settle_in(0)
     control = socket.socket(fileno=int(sys.argv[1]))
     server = ForkServer(control)
-    loaded = _tried(preload.warm_up)
+
+    def warmer(share: float) -> None:
+        control.sendall(NOTICE.pack(WARMER, 0, round(100.0 * share)))
+
+    loaded = _tried(lambda: preload.warm_up(warmer))
     control.sendall(NOTICE.pack(WARM, 0, not loaded))
     server.run()
 

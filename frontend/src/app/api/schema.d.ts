@@ -6837,6 +6837,11 @@ export interface components {
              * @description Whether simulations wait until they are compiled, once on a machine
              */
             compiling: boolean;
+            /**
+             * Compiled
+             * @description Share of that which is compiled, 0 to 1
+             */
+            compiled: number;
         };
         /**
          * Histogram
