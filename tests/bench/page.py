@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import json
 import statistics
-import tempfile
 import time
 from collections.abc import Iterator
 from ctypes.util import find_library
@@ -42,7 +41,6 @@ _SCOPES, _TRACES, _SPAN = 8, 16, 10  # of a scope; s
 _LIVE = 4.0  # s
 _FRAMES, _SCRIPT = 59.0, 4e-3  # 1/s, s
 _CAPTURES, _AFTER, _CAPTURED = 8, 0.15, 0.1  # of 0.2 s, of which so much follows the trigger; s
-_FIRST, _COMPILED = 3.0, 180.0  # s
 _WEIGHT = 100  # kB
 _CPU = 0.05  # of a core
 
@@ -66,36 +64,7 @@ def page() -> Iterator[Row]:
             yield _lanes(server)
             yield from _live(browser, server)
             yield _captured(browser, server)
-            yield _first(browser)
             browser.close()
-
-
-def _first(browser: Browser) -> Row:
-    """Open the Lab on a server that has nothing compiled: its page computes the first preview."""
-    with (
-        tempfile.TemporaryDirectory() as cache,
-        tempfile.TemporaryDirectory() as data,
-        Serving(NUMBA_CACHE_DIR=cache, MOTIONLAB_DATA=data) as server,
-    ):
-        context = browser.new_context(viewport={"width": 1440, "height": 900})
-        opened = context.new_page()
-        opened.goto(server.url)
-        patience = 1e3 * _COMPILED
-        opened.wait_for_function(
-            "() => document.querySelector('footer').innerText.includes('what-if')", timeout=patience
-        )
-        preview = time.perf_counter() - server.begun
-        opened.locator(".badge.exact").first.wait_for(timeout=patience)
-        exact = time.perf_counter() - server.begun
-        context.close()
-    return Row(
-        "nothing compiled: server's start to first A/B drawn",
-        f"<= {_FIRST:g} s",
-        f"{preview:.1f} s",
-        f"exact result: {exact:.1f} s",
-        f"{preview / exact:.2f}",
-        preview <= _FIRST,
-    )
 
 
 def _weight(browser: Browser, server: Serving) -> Row:

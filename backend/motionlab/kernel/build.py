@@ -25,6 +25,7 @@ from motionlab.config.scenario import Scenario
 from motionlab.control.compensation import Compensation
 from motionlab.control.notch import sampled_notch
 from motionlab.control.position import PositionController
+from motionlab.force_sharing.functions import CLOSED_FORM
 from motionlab.force_sharing.ripple import reachable_over
 from motionlab.force_sharing.share import ForceModel
 from motionlab.kernel.force_maps import force_model, map_lanes
@@ -44,6 +45,7 @@ from motionlab.laws import LAWS
 from motionlab.plant.current import Amplifiers
 from motionlab.plant.encoder import Encoder
 from motionlab.plant.friction import LuGre, steady_friction
+from motionlab.plant.magnetics import force_fraction, thrust_shape
 from motionlab.plant.mechanics import Mechanics
 from motionlab.plant.resonance import Resonance, sampled
 from motionlab.timing import CONTROL_PERIOD, PLANT_STEP
@@ -154,23 +156,40 @@ def motion_limits(  # noqa: PLR0913 - what decides, and nothing else
 
 def _linear_range(model: ForceModel) -> NDArray[np.float64]:
     """Return the largest commands that are realised in full over a pole pitch, backward first."""
-    if _tabled(model):
-        return _range_over_pitch(model)  # tables change under their place
-    return _closed_form_range(model)
+    if model.map.table.thrust >= 0.0 or max(model.sharing.inverse, model.sharing.table) >= 0.0:
+        return _searched_range(model)  # tables change under their place
+    return _untabled_range(model)
 
 
-def _tabled(model: ForceModel) -> bool:
-    return model.map.table.thrust >= 0.0 or max(model.sharing.inverse, model.sharing.table) >= 0.0
+@functools.lru_cache(maxsize=64)
+def _untabled_range(model: ForceModel) -> NDArray[np.float64]:
+    if model.sharing.law == CLOSED_FORM:
+        return _closed_form_range(model)
+    return _searched_range(model)
 
 
-def _range_over_pitch(model: ForceModel) -> NDArray[np.float64]:
-    pitch = np.linspace(0.0, model.map.formula.tau, _POSITIONS_PER_PITCH)
+def _searched_range(model: ForceModel) -> NDArray[np.float64]:
+    pitch = _pitch(model)
     return np.array(
         [reachable_over(model, position=pitch, forward=forward) for forward in (False, True)]
     )
 
 
-_closed_form_range = functools.lru_cache(maxsize=64)(_range_over_pitch)
+def _closed_form_range(model: ForceModel) -> NDArray[np.float64]:
+    """Return the same by its formula, not compiled: a fresh machine's first curves wait for it.
+
+    The phase that pulls most is the first to reach its current limit, at
+    ``abs(f) = F(i_max) sum x_j**2 / max x_j`` with x_j as in `share_in_closed_form`.
+    """
+    formula = model.map.formula
+    shapes = np.array(thrust_shape(formula, _pitch(model)))
+    pulls = np.maximum([-shapes, shapes], 0.0)  # (2, phases, n)
+    most = formula.F_pk * force_fraction(formula, model.sharing.current_limit)
+    return most * (pulls**2).sum(axis=1) / pulls.max(axis=1)
+
+
+def _pitch(model: ForceModel) -> NDArray[np.float64]:
+    return np.linspace(0.0, model.map.formula.tau, _POSITIONS_PER_PITCH)
 
 
 def lane(scenario: Scenario, controller: ControllerConfig, axis: str) -> Parameters:

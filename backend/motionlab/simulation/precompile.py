@@ -19,6 +19,8 @@ import numba
 
 from motionlab.config.drawn_path import DrawnPath
 from motionlab.config.load import epochs, load_scenario
+from motionlab.force_sharing.pole_pitch import share_over
+from motionlab.kernel.force_maps import force_model
 from motionlab.kernel.law_calls import all_laws
 from motionlab.lanes import WIDE
 from motionlab.lanes.compiler.cache import cache_folder
@@ -72,8 +74,9 @@ def first_use(done: Callable[[float], None] = lambda _: None) -> None:
 
 
 def rare_use() -> None:
-    """Compile, or load, math channels with memory and, where scikit-fem is, finite elements."""
+    """Compile, or load, math channels with memory, sharing over positions, finite elements."""
     evaluate.warm_up()
+    _share()
     if find_spec("skfem") is not None:  # it comes with the extra lab
         compute(Geometry(), "preview")
 
@@ -124,6 +127,12 @@ def _paths() -> None:
 
 def _time_optimal_spline() -> None:
     _check(_TIME_OPTIMAL | {"geometry": "spline"})
+
+
+def _share() -> None:
+    own = load_scenario("circle").variants["A"].controller
+    model = force_model(own.model.x.force_map, own.sharing, own.current_limit)
+    share_over(model, position=[0.0], force=1.0)
 
 
 def _check(path: Mapping[str, object]) -> None:

@@ -19,7 +19,7 @@ from motionlab.kernel.build import (
 from motionlab.kernel.force_maps import check_maps
 from motionlab.kernel.law_calls import laws_of
 from motionlab.kernel.layout import FORCE_LIMIT_ROW, SAMPLE_ROWS, reads_tables, state_row
-from motionlab.kernel.tick import run_ticks
+from motionlab.kernel.tick import run_lanes, run_ticks
 from motionlab.lanes import WIDTH
 from motionlab.simulation.inputs import PAGE, load_force, page_inputs
 from motionlab.simulation.prepare import Epochs, Prepared
@@ -224,8 +224,9 @@ class Simulation:
 def ready(changes: Epochs) -> list[ReadyEpoch]:
     """Return parameter sets with the numbers of their lanes, for `Simulation.adopt`.
 
-    This is the slow part of a change: force maps are read, tables are computed and laws compiled
-    where they are used for the first time. It touches no simulation, so it can run beside one.
+    This is the slow part of a change: force maps are read, tables are computed and, once the kernel
+    is loaded, laws compiled where they are used for the first time. It touches no simulation, so it
+    can run beside one.
 
     Parameters
     ----------
@@ -240,9 +241,15 @@ def ready(changes: Epochs) -> list[ReadyEpoch]:
     for _, scenario in changes:
         check_maps(scenario)
     sets = [(tick, scenario, lane_parameters(scenario)) for tick, scenario in changes]
-    for _, _, parameters in sets:
-        laws_of(parameters)  # not first in a session's slice of time
+    if _kernel_is_loaded():
+        for _, _, parameters in sets:
+            laws_of(parameters)  # not first in a session's slice of time
     return sets
+
+
+def _kernel_is_loaded() -> bool:
+    """Return whether a tick would not have to wait for the kernel, which takes longer than laws."""
+    return bool(getattr(run_lanes, "signatures", True))
 
 
 def sample_page(variants: int) -> NDArray[np.float32]:

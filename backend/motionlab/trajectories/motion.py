@@ -11,7 +11,6 @@ from functools import partial
 import numpy as np
 
 from motionlab.errors import ConfigError, FieldError
-from motionlab.lanes import cached
 from motionlab.timing import CONTROL_PERIOD, to_ticks
 from motionlab.trajectories.motion_profile import (
     Law,
@@ -67,7 +66,7 @@ class Piece:
         """Return position, velocity and acceleration, each (n, 2), by the chain rule."""
         q, rate, second = self.law(ticks)
         place, slope, bend = self.path(q)
-        velocity, acceleration = _chain_rule(slope, bend, rate, second)
+        velocity, acceleration = _chain_rule(slope, bend, rate[:, None], second[:, None])
         return place, velocity, acceleration
 
     def place_at(self, tick: int) -> Array:
@@ -75,16 +74,11 @@ class Piece:
         return self.at(np.array([float(tick)]))[0][0]
 
 
-@cached
 def _chain_rule(slope: Array, bend: Array, rate: Array, second: Array) -> tuple[Array, Array]:
-    velocity, acceleration = np.empty(slope.shape), np.empty(slope.shape)
-    for k in range(len(rate)):
-        r = rate[k] / CONTROL_PERIOD
-        s = second[k] / CONTROL_PERIOD**2
-        for axis in range(2):
-            velocity[k, axis] = slope[k, axis] * r
-            acceleration[k, axis] = bend[k, axis] * r**2 + slope[k, axis] * s
-    return velocity, acceleration
+    # Not compiled: it is part of every motion, and a fresh machine's first curves wait for one.
+    r = rate / CONTROL_PERIOD
+    s = second / CONTROL_PERIOD**2
+    return slope * r, bend * r**2 + slope * s
 
 
 def whole_ticks(seconds: float) -> int:

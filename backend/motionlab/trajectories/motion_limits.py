@@ -1,20 +1,20 @@
-"""Check of a motion against the limits of one axis, in one compiled pass.
+"""Check of a motion against the limits of one axis.
 
-The page requests this for every pointer move: arrays as long as the motion are allocated only for
-values kept for each tick.
+Only what tells of a refused motion is compiled: on a fresh machine the first curves wait for the
+check of theirs.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.planar import AXES
-from motionlab.lanes import cached
+from motionlab.lanes import cached, compiled
 from motionlab.timing import CONTROL_PERIOD
 from motionlab.trajectories.motion_profile import mean_acceleration
 from motionlab.trajectories.path import Array, Vector
@@ -31,6 +31,8 @@ _AT_REST = 1e-9
 """Below this a velocity is rounding, m/s."""
 
 _POSITION_ROUNDING = 1e-12
+_BLOCK = 8192
+"""Ticks that are looked at together: what is computed of them stays in the processor's cache."""
 _POSITION, _STEP, _VELOCITY, _ACCELERATION, _THRUST = range(len(QUANTITIES))
 
 
@@ -214,9 +216,8 @@ def _demand(reference: Reference, limits: MotionLimits, axis: int, span: Span) -
     sure = limits.sure_thrust[axis]
     # The rounding of a straight edge has a sign too, with which friction would change at random.
     moving = np.where(np.abs(velocity) < _AT_REST, 0.0, velocity)
-    thrust, hard = _thrust(
-        limits.friction(axis, moving), acceleration, limits.mass[axis], sure if sure > 0 else -1.0
-    )
+    thrust = limits.mass[axis] * acceleration + limits.friction(axis, moving)
+    hard = np.flatnonzero(np.abs(thrust) > (sure if sure > 0 else -1.0))
     available = np.empty(0)
     if hard.size:
         sign = np.where(thrust[hard] < 0.0, -1.0, 1.0)
@@ -234,28 +235,12 @@ def _demand(reference: Reference, limits: MotionLimits, axis: int, span: Span) -
     return Demand(reference, axis, samples, allowed, limits.reserve, reach, *survey)
 
 
-@cached
-def _thrust(friction: Array, acceleration: Array, mass: float, easy: float) -> tuple[Array, Ticks]:
-    """Return M a + f_f(v) and the ticks at which it exceeds the guaranteed thrust."""
-    thrust = np.empty(len(friction))
-    count = 0
-    for k in range(len(friction)):
-        thrust[k] = mass * acceleration[k] + friction[k]
-        count += abs(thrust[k]) > easy
-    hard = np.empty(count, dtype=np.int64)
-    i = 0
-    for k in range(len(friction)):
-        if abs(thrust[k]) > easy:
-            hard[i] = k
-            i += 1
-    return thrust, hard
-
-
-@cached
-def _jump(way: float, now: float, before: float) -> float:
+@compiled
+def _jump(way: Any, now: Any, before: Any) -> Any:
     """Return the part of a displacement that the velocities at both ticks do not explain."""
-    slow, fast = CONTROL_PERIOD * min(now, before), CONTROL_PERIOD * max(now, before)
-    return way - min(max(way, slow), fast)
+    slow = CONTROL_PERIOD * np.minimum(now, before)
+    fast = CONTROL_PERIOD * np.maximum(now, before)
+    return way - np.minimum(np.maximum(way, slow), fast)
 
 
 @cached
@@ -274,54 +259,55 @@ def _value(quantity: int, tick: int, samples: Samples) -> float:
     return thrust[tick]
 
 
-@cached
 def _survey(
     samples: Samples, allowed: Array, slack: Array, reach: Reach, during: tuple[int, int]
 ) -> tuple[Flags, int, Ticks]:
     """Return which quantities are outside at each tick and at any, and where each is largest."""
-    position, velocity, acceleration, thrust, end = samples
-    (hard, available), (start, stop) = reach, during
-    violations = 0
-    n = len(position)
+    n = len(samples.position)
     beyond = np.zeros(n + 1, dtype=np.uint8)
-    peaks = np.zeros(len(allowed), dtype=np.int64)
-    largest = np.full(len(allowed), -1.0)
-    bounds = allowed + slack
-    before = 0.0
-    h = 0
-    for k in range(n):
-        now = velocity[k]
-        magnitudes = (
-            abs(position[k]),
-            abs(_jump(position[k] - position[k - 1], now, before)) if k > 0 else 0.0,
-            abs(now),
-            abs(mean_acceleration(acceleration[k], now, before)),
-        )
-        flags = 0
-        for i in range(_THRUST):
-            if magnitudes[i] > bounds[i]:
-                flags |= 1 << i
-            if magnitudes[i] > largest[i]:
-                largest[i], peaks[i] = magnitudes[i], k
-        force, limit = abs(thrust[k]), allowed[_THRUST]
-        if h < len(hard) and hard[h] == k:
-            limit = available[h]
-            h += 1
-        if force > limit + slack[_THRUST]:
-            flags |= 1 << _THRUST
-        share = force / limit if force > 0.0 else 0.0
-        if share > largest[_THRUST]:
-            largest[_THRUST], peaks[_THRUST] = share, k
-        if start <= k < stop:
-            beyond[k] = flags
-            violations |= flags
-        before = now
-    if abs(end) > largest[_POSITION]:
+    largest, peaks = np.full(len(allowed), -1.0), np.zeros(len(allowed), dtype=np.int64)
+    for first in range(0, n, _BLOCK):
+        stop = min(first + _BLOCK, n)
+        limit = np.full(stop - first, allowed[_THRUST])
+        begin, end = np.searchsorted(reach.hard, (first, stop))
+        limit[reach.hard[begin:end] - first] = reach.available[begin:end]
+        sizes = _sizes(samples, slice(first, stop))
+        force = sizes[_THRUST]
+        with np.errstate(divide="ignore"):
+            shares = np.divide(force, limit, out=np.zeros_like(force), where=force > 0.0)
+        bounds = [*(allowed + slack)[:_THRUST], limit + slack[_THRUST]]
+        for quantity, size in enumerate((*sizes[:_THRUST], shares)):
+            place = int(size.argmax())
+            if size[place] > largest[quantity]:
+                largest[quantity], peaks[quantity] = size[place], first + place
+            outside = sizes[quantity] > bounds[quantity]
+            if outside.any():
+                beyond[first:stop] |= outside.astype(np.uint8) << quantity
+    if abs(samples.end) > largest[_POSITION]:
         peaks[_POSITION] = n
-    if abs(end) > bounds[_POSITION] and start <= n < stop:
-        beyond[n] = 1 << _POSITION
-        violations |= 1 << _POSITION
-    return beyond, violations, peaks
+    beyond[n] = (abs(samples.end) > allowed[_POSITION] + slack[_POSITION]) << _POSITION
+    beyond[: during[0]] = beyond[during[1] :] = 0
+    return beyond, int(np.bitwise_or.reduce(beyond)), peaks
+
+
+def _sizes(samples: Samples, here: slice) -> tuple[Array, ...]:
+    """Return the magnitude of each of `QUANTITIES` at some ticks."""
+    position, now = samples.position[here], samples.velocity[here]
+    last = max(here.start - 1, 0)
+    place, before = np.empty_like(position), np.empty_like(now)
+    place[0], place[1:] = samples.position[last], position[:-1]
+    before[0], before[1:] = samples.velocity[last] if here.start else 0.0, now[:-1]
+    step = np.abs(_jump(position - place, now, before))
+    if here.start == 0:
+        step[0] = 0.0
+    mean = (now - before) / CONTROL_PERIOD
+    return (
+        np.abs(position),
+        step,
+        np.abs(now),
+        np.maximum(np.abs(samples.acceleration[here]), np.abs(mean)),
+        np.abs(samples.thrust[here]),
+    )
 
 
 @cached

@@ -102,6 +102,7 @@ export class Store {
 
   /** Loads lists and session; requests to a busy or unreachable server are repeated. */
   async start(): Promise<void> {
+    if (this.mode === 'whatif') this.kernel.warm();
     const backoff = new Backoff();
     for (;;) {
       try {

@@ -29,7 +29,12 @@ export interface MotionCode {
   /** Largest jump between two ticks, m. */
   STEP_MAX: number;
   whole_ticks(seconds: number): number;
-  chain_rule(slope: Rows, bend: Rows, rate: Float64Array, second: Float64Array): [Rows, Rows];
+  chain_rule(
+    slope: number,
+    bend: number,
+    rate: number,
+    second: number,
+  ): [velocity: number, acceleration: number];
   smooth_start(u: number, lead: number): Instant;
   minimum_jerk_at(u: number, duration: number): Instant;
   minimum_jerk_ticks(length: number, v_max: number, a_max: number): number;

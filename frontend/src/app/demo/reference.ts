@@ -80,11 +80,13 @@ function sample(code: MotionCode, piece: Piece, columns: readonly Float64Array[]
     const count = Math.min(BLOCK, piece.ticks - begin);
     const [q, rate, second] = piece.law(Float64Array.from({ length: count }, (_, k) => begin + k));
     const [place, slope, bend] = piece.path(q);
-    const [velocity, acceleration] = code.chain_rule(slope, bend, rate, second);
-    [place, velocity, acceleration].forEach((rows, row) => {
-      rows.forEach((values, k) => {
-        AXES.forEach((_, i) => {
-          (columns[3 * i + row] as Float64Array)[start + begin + k] = values[i] as number;
+    place.forEach((position, k) => {
+      AXES.forEach((_, i) => {
+        const along = [slope[k]?.[i], bend[k]?.[i], rate[k], second[k]] as Parameters<
+          MotionCode['chain_rule']
+        >;
+        [position[i] as number, ...code.chain_rule(...along)].forEach((value, row) => {
+          (columns[3 * i + row] as Float64Array)[start + begin + k] = value;
         });
       });
     });

@@ -199,6 +199,11 @@ export class PageKernel {
     }
   }
 
+  /** Opens the workers before there is a question for them. */
+  warm(): void {
+    this.crewOf().catch(() => undefined); // the first question says why
+  }
+
   private inTurn<T>(job: () => Promise<T>): Promise<T> {
     const result = this.last.then(job);
     this.last = result.catch(() => undefined);
