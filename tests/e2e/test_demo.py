@@ -25,6 +25,7 @@ from motionlab.simulation.prepare import prepare
 from motionlab.simulation.recorded import of_scenario
 from motionlab.simulation.result import document
 from motionlab.simulation.run import run
+from motionlab.studies.why.study import WhyStudy
 from tests.e2e.actions import ANSWERS, DRAFT, LONG, MAX, RMS, region, set_field
 from tests.e2e.conftest import VIEW, missing
 from tests.e2e.test_trajectories import drag
@@ -277,3 +278,39 @@ def test_it_opens_again_without_a_network(demo: Page, host: Host) -> None:
     demo.get_by_role("combobox", name="Scenario", exact=True).select_option("stair-x-500nm")
     demo.wait_for_timeout(500)
     computed(demo)
+
+
+@pytest.mark.parametrize(
+    ("scenario", "label", "shown", "changes"),
+    [
+        ("circle", "stiction F_s x, N", "5", {"plant.x.friction.F_s": 5.0}),
+        ("fig5", None, None, {}),
+    ],
+)
+def test_why_names_the_causes_that_the_server_finds(
+    demo: Page, host: Host, scenario: str, label: str | None, shown: str, changes: dict[str, Any]
+) -> None:
+    opened(demo, host)
+    demo.get_by_role("combobox", name="Scenario", exact=True).select_option(scenario)
+    if label:
+        set_field(demo, label, shown)
+    demo.wait_for_timeout(500)
+    computed(demo)
+    study = WhyStudy()
+    exact = study.run(
+        study.plan({"scenario": scenario, "set": changes, "variant": "B"}), lambda *_: None
+    )
+    region(demo, "Result").get_by_role("button", name="Why?").click()
+    sheet = demo.get_by_role("dialog", name="Why?")
+    question = f"Why does B err by {1e6 * exact.peak:.3g}"
+    expect(sheet.get_by_role("status")).to_contain_text(question, timeout=LONG)
+    rows = sheet.get_by_role("row").filter(has=demo.get_by_role("rowheader")).all()
+    causes = {row.get_by_role("rowheader").inner_text(): row for row in rows}
+    assert list(causes) == [each.label for each in exact.causes]
+    for each in exact.causes:
+        assert each.error is not None
+        error = float(causes[each.label].get_by_role("cell").nth(0).inner_text())
+        assert abs(1e-6 * error - each.error) <= max(COUNT, 0.005 * each.error)
+    absent = ", ".join(each.label for each in exact.absent)
+    expect(sheet).to_contain_text(f"Not there: {absent}.")
+    expect(sheet).to_contain_text("motionlab serve")

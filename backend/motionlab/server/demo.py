@@ -24,6 +24,8 @@ from motionlab.server.settings import Settings
 from motionlab.simulation.lane_run import Known, lane_run
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.whatif import Extent, beginning
+from motionlab.studies.why.causes import causes_table
+from motionlab.studies.why.explain import GOAL, REACH
 from motionlab.targets.motion_code import motion_code
 from motionlab.telemetry.channels import stream_columns
 
@@ -198,6 +200,7 @@ def _answers() -> dict[str, Any]:
             name: load_scenario({"base": "circle", "plant": name}).plant.model_dump(mode="json")
             for name in names("motors")
         },
+        "why": {"reach": REACH, "goal": GOAL, "causes": causes_table()},
         # Of all scenarios that ship, which have two variants; a session's stream would name them.
         "channels": [
             {"name": name, "unit": channel.unit, "meaning": channel.meaning}

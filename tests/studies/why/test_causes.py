@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import json
 from typing import Any
 
 import pytest
@@ -11,6 +12,8 @@ from motionlab.errors import ConfigError
 from motionlab.studies.why.causes import CAUSES
 from motionlab.studies.why.documents import WhyDocument
 from motionlab.studies.why.study import WhyStudy
+from tests.fixtures.__main__ import DEMO_WHY
+from tests.fixtures.demo_why import causes as demo_why
 
 IDEAL: dict[str, Any] = {
     "variants.B.controller.feedforward": True,
@@ -126,3 +129,7 @@ def test_what_cannot_be_explained_is_refused(request_: dict[str, Any], loc: str)
     with pytest.raises(ConfigError) as refused:
         why(IDEAL, **request_)
     assert refused.value.errors[0].loc.endswith(loc)
+
+
+def test_the_fixture_of_the_page_is_what_is_found() -> None:
+    assert json.loads(DEMO_WHY.read_text()) == json.loads(json.dumps(demo_why()))

@@ -1,18 +1,38 @@
 """Causes of a following error, and changes of a controller that may reduce it.
 
-A cause is the changes of a scenario that remove it on one axis.
+A cause is the changes of a scenario that remove it on one axis: data, which a page without a server
+reads as well (docs/demo.md).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from motionlab.config.controller import ControllerConfig
 from motionlab.config.scenario import Scenario
 
 _FRICTION = ("sigma_0", "sigma_1", "sigma_2", "F_c", "F_s", "v_s")
+_OF_PLANT, _OF_MODEL = "plant.{axis}.friction", "{controller}.model.{axis}.friction"
+_COMPENSATION = "{controller}.compensation"
+_NO_FRICTION: dict[str, Any] = {f"{_OF_PLANT}.enabled": False}
+_NO_COMPENSATION: dict[str, Any] = {
+    f"{_COMPENSATION}.enabled": False,
+    f"{_COMPENSATION}.law": "off",
+}
+
+
+class Change(NamedTuple):
+    """A field of a scenario, and what it becomes. Paths have {controller} and {axis} in them."""
+
+    path: str
+    """With ``*`` every entry of a list."""
+    value: Any = None
+    copied: str = ""
+    """The field whose value it gets, in place of `value`; empty for none."""
+    unless: Mapping[str, Any] = {}
+    """Path to value: where one of these holds, nothing is changed."""
 
 
 class CauseKind(NamedTuple):
@@ -21,115 +41,7 @@ class CauseKind(NamedTuple):
     id: str
     label: str
     meaning: str
-    changes: Callable[[Scenario, str, str], dict[str, Any]]
-    """Takes scenario, variant and axis; returns dotted path to value, of which those that change
-    nothing are left out."""
-
-
-def compensates(controller: ControllerConfig) -> bool:
-    """Return whether friction is compensated."""
-    return controller.compensation.law != "off" and controller.compensation.enabled
-
-
-def _mismatch(scenario: Scenario, variant: str, axis: str) -> dict[str, Any]:
-    controller = scenario.variants[variant].controller
-    plant = getattr(scenario.plant, axis).friction
-    if not compensates(controller) or not plant.enabled:
-        return {}
-    model = f"variants.{variant}.controller.model.{axis}.friction"
-    return {f"{model}.{name}": getattr(plant, name) for name in _FRICTION}
-
-
-def _stribeck(scenario: Scenario, variant: str, axis: str) -> dict[str, Any]:
-    if not getattr(scenario.plant, axis).friction.enabled:
-        return {}
-    model = getattr(scenario.variants[variant].controller.model, axis).friction
-    return {
-        f"plant.{axis}.friction.F_s": getattr(scenario.plant, axis).friction.F_c,
-        f"variants.{variant}.controller.model.{axis}.friction.F_s": model.F_c,
-    }
-
-
-def _friction(scenario: Scenario, variant: str, axis: str) -> dict[str, Any]:
-    if not getattr(scenario.plant, axis).friction.enabled:
-        return {}
-    off = {f"plant.{axis}.friction.enabled": False}
-    if compensates(scenario.variants[variant].controller):
-        off[f"variants.{variant}.controller.compensation.enabled"] = False
-    return off
-
-
-def _inertia(scenario: Scenario, variant: str, axis: str) -> dict[str, Any]:
-    return {
-        f"variants.{variant}.controller.feedforward": True,
-        f"variants.{variant}.controller.model.{axis}.mass": getattr(scenario.plant, axis).mass,
-    }
-
-
-def _offset(_scenario: Scenario, _variant: str, axis: str) -> dict[str, Any]:
-    return {f"plant.{axis}.amplifiers.offset": [0.0, 0.0, 0.0]}
-
-
-def _gain(scenario: Scenario, variant: str, axis: str) -> dict[str, Any]:
-    changes: dict[str, Any] = {f"plant.{axis}.amplifiers.gain": [1.0, 1.0, 1.0]}
-    real = getattr(scenario.plant, axis).force_map
-    model = getattr(scenario.variants[variant].controller.model, axis).force_map
-    if hasattr(real, "F_pk") and hasattr(model, "F_pk"):
-        path = f"variants.{variant}.controller.model.{axis}.force_map.F_pk"
-        changes[path] = real.F_pk
-    return changes
-
-
-def _map(scenario: Scenario, variant: str, axis: str) -> dict[str, Any]:
-    real = getattr(scenario.plant, axis).force_map
-    return {f"variants.{variant}.controller.model.{axis}.force_map": real.model_dump(mode="json")}
-
-
-def _bandwidth(_scenario: Scenario, _variant: str, axis: str) -> dict[str, Any]:
-    return {f"plant.{axis}.amplifiers.bandwidth": None}
-
-
-def _delay(_scenario: Scenario, variant: str, _axis: str) -> dict[str, Any]:
-    return {f"variants.{variant}.controller.delay": 0}
-
-
-def _encoder(_scenario: Scenario, _variant: str, axis: str) -> dict[str, Any]:
-    encoder = f"plant.{axis}.encoder"
-    return {f"{encoder}.resolution": 0.0, f"{encoder}.sde_amplitude": 0.0}
-
-
-def _noise(_scenario: Scenario, _variant: str, axis: str) -> dict[str, Any]:
-    return {
-        f"plant.{axis}.encoder.noise": 0.0,
-        f"plant.{axis}.amplifiers.noise": 0.0,
-        f"plant.{axis}.amplifiers.ripple_amplitude": 0.0,
-        "load.noise": 0.0,
-    }
-
-
-def _resonance(_scenario: Scenario, _variant: str, axis: str) -> dict[str, Any]:
-    return {f"plant.{axis}.resonance.coupling": 0.0}
-
-
-def _load(scenario: Scenario, _variant: str, axis: str) -> dict[str, Any]:
-    steps = [
-        step.model_dump(mode="json") | {axis: 0.0}
-        for step in scenario.load.steps
-        if getattr(step, axis) != 0.0
-    ]
-    others = [
-        step.model_dump(mode="json") for step in scenario.load.steps if getattr(step, axis) == 0.0
-    ]
-    return {
-        f"load.{axis}": 0.0,
-        "load.steps": sorted([*steps, *others], key=lambda step: step["time"]),
-    }
-
-
-def _alone(scenario: Scenario, variant: str, _axis: str) -> dict[str, Any]:
-    if not compensates(scenario.variants[variant].controller):
-        return {}
-    return {f"variants.{variant}.controller.compensation.enabled": False}
+    changes: tuple[Change, ...]
 
 
 CAUSES = (
@@ -137,47 +49,167 @@ CAUSES = (
         "mismatch",
         "friction model mismatch",
         "the controller's friction model made equal to the motor's friction",
-        _mismatch,
+        tuple(
+            Change(
+                f"{_OF_MODEL}.{name}",
+                copied=f"{_OF_PLANT}.{name}",
+                unless=_NO_FRICTION | _NO_COMPENSATION,
+            )
+            for name in _FRICTION
+        ),
     ),
-    CauseKind("stribeck", "Stribeck effect", "stiction made equal to Coulomb friction", _stribeck),
-    CauseKind("friction", "friction as a whole", "no friction, and none compensated", _friction),
+    CauseKind(
+        "stribeck",
+        "Stribeck effect",
+        "stiction made equal to Coulomb friction",
+        tuple(
+            Change(f"{owner}.F_s", copied=f"{owner}.F_c", unless=_NO_FRICTION)
+            for owner in (_OF_PLANT, _OF_MODEL)
+        ),
+    ),
+    CauseKind(
+        "friction",
+        "friction as a whole",
+        "no friction, and none compensated",
+        (
+            Change(f"{_OF_PLANT}.enabled", value=False),
+            Change(f"{_COMPENSATION}.enabled", value=False, unless=_NO_FRICTION | _NO_COMPENSATION),
+        ),
+    ),
     CauseKind(
         "inertia",
         "inertia not fed forward",
         "the motor's mass times the planned acceleration added to the force",
-        _inertia,
+        (
+            Change("{controller}.feedforward", value=True),
+            Change("{controller}.model.{axis}.mass", copied="plant.{axis}.mass"),
+        ),
     ),
-    CauseKind("offset", "amplifier offsets", "no current at zero command", _offset),
+    CauseKind(
+        "offset",
+        "amplifier offsets",
+        "no current at zero command",
+        (Change("plant.{axis}.amplifiers.offset", value=[0.0, 0.0, 0.0]),),
+    ),
     CauseKind(
         "gain",
         "gain error",
         "amplifier gains of 1, and the controller's force constant that of the motor",
-        _gain,
+        (
+            Change("plant.{axis}.amplifiers.gain", value=[1.0, 1.0, 1.0]),
+            Change(
+                "{controller}.model.{axis}.force_map.F_pk", copied="plant.{axis}.force_map.F_pk"
+            ),
+        ),
     ),
     CauseKind(
         "map",
         "force sharing and ripple",
         "the controller's force map made equal to the motor's, offset and harmonics included",
-        _map,
+        (Change("{controller}.model.{axis}.force_map", copied="plant.{axis}.force_map"),),
     ),
     CauseKind(
-        "bandwidth", "amplifier bandwidth", "currents that follow their command at once", _bandwidth
+        "bandwidth",
+        "amplifier bandwidth",
+        "currents that follow their command at once",
+        (Change("plant.{axis}.amplifiers.bandwidth", value=None),),
     ),
-    CauseKind("delay", "delay", "no control period between measurement and command", _delay),
     CauseKind(
-        "encoder", "encoder counts", "an encoder without counts and subdivisional error", _encoder
+        "delay",
+        "delay",
+        "no control period between measurement and command",
+        (Change("{controller}.delay", value=0),),
     ),
-    CauseKind("noise", "noise", "no noise, and no ripple of the amplifiers", _noise),
-    CauseKind("resonance", "resonance", "a rigid machine", _resonance),
-    CauseKind("load", "external load", "no external load", _load),
+    CauseKind(
+        "encoder",
+        "encoder counts",
+        "an encoder without counts and subdivisional error",
+        (
+            Change("plant.{axis}.encoder.resolution", value=0.0),
+            Change("plant.{axis}.encoder.sde_amplitude", value=0.0),
+        ),
+    ),
+    CauseKind(
+        "noise",
+        "noise",
+        "no noise, and no ripple of the amplifiers",
+        (
+            Change("plant.{axis}.encoder.noise", value=0.0),
+            Change("plant.{axis}.amplifiers.noise", value=0.0),
+            Change("plant.{axis}.amplifiers.ripple_amplitude", value=0.0),
+            Change("load.noise", value=0.0),
+        ),
+    ),
+    CauseKind(
+        "resonance",
+        "resonance",
+        "a rigid machine",
+        (Change("plant.{axis}.resonance.coupling", value=0.0),),
+    ),
+    CauseKind(
+        "load",
+        "external load",
+        "no external load",
+        (
+            Change("load.{axis}", value=0.0),
+            Change("load.steps.*.{axis}", value=0.0),
+        ),
+    ),
     CauseKind(
         "compensation",
         "friction compensation",
         "friction compensation switched off: below 0, it helps",
-        _alone,
+        (Change(f"{_COMPENSATION}.enabled", value=False, unless=_NO_COMPENSATION),),
     ),
 )
 """Every cause that is looked for."""
+
+
+MISSING = "missing"
+"""Stands for a field that a scenario does not have, such as the peak force of a tabulated map."""
+
+
+def look_up(tables: Any, path: str) -> Any:
+    """Return the value at a dotted path; `MISSING` where there is none."""
+    for key in path.split("."):
+        if key not in tables:
+            return MISSING
+        tables = tables[key]
+    return tables
+
+
+def compensates(controller: ControllerConfig) -> bool:
+    """Return whether friction is compensated."""
+    return controller.compensation.law != "off" and controller.compensation.enabled
+
+
+def changes_of(kind: CauseKind, scenario: Scenario, variant: str, axis: str) -> dict[str, Any]:
+    """Return dotted path to value of a cause; what changes nothing is left out."""
+    tables = scenario.model_dump(mode="json")
+
+    def whole(path: str) -> str:
+        return path.format(controller=f"variants.{variant}.controller", axis=axis)
+
+    changes: dict[str, Any] = {}
+    for change in kind.changes:
+        if any(look_up(tables, whole(path)) == value for path, value in change.unless.items()):
+            continue
+        path, _, entry = whole(change.path).partition(".*.")
+        now = look_up(tables, path)
+        to = look_up(tables, whole(change.copied)) if change.copied else change.value
+        if entry:
+            to = [each | {entry: to} for each in now]
+        if MISSING not in (now, to) and to != now:
+            changes[path] = to
+    return changes
+
+
+def causes_table() -> list[dict[str, Any]]:
+    """Return `CAUSES` in types of JSON."""
+    return [
+        kind._asdict() | {"changes": [change._asdict() for change in kind.changes]}
+        for kind in CAUSES
+    ]
 
 
 LARGEST = 32.0

@@ -23,7 +23,17 @@ from motionlab.loop.linearise import NoLinearisation
 from motionlab.simulation.batch import check_length, run_prepared
 from motionlab.simulation.inputs import load_force
 from motionlab.simulation.prepare import Prepared, prepare
-from motionlab.studies.why.causes import CAUSES, SWITCH, Knob, Trial, knobs, trial, trials
+from motionlab.studies.why.causes import (
+    CAUSES,
+    SWITCH,
+    Knob,
+    Trial,
+    changes_of,
+    knobs,
+    look_up,
+    trial,
+    trials,
+)
 from motionlab.studies.why.documents import (
     Absent,
     Cause,
@@ -138,7 +148,7 @@ def explain(planned: WhyPlan) -> WhyDocument:
     here, whole = look.at(errors)
     now = [scenario for first, scenario in base.epochs if first <= tick][-1]
     goal = planned.request.goal or GOAL * here
-    removals = {kind.id: _effective(now, kind.changes(now, variant, axis)) for kind in CAUSES}
+    removals = {kind.id: changes_of(kind, now, variant, axis) for kind in CAUSES}
     there = [kind for kind in CAUSES if removals[kind.id]]
     peaks = _peaks(base, [removals[kind.id] for kind in there], look)
     causes = [
@@ -215,7 +225,8 @@ class _Search:
     def smallest(self) -> Mend | None:
         """Return the smallest change that reaches the goal within the margins, if any was found."""
         every = knobs(self._now, self._variant, self._axis)
-        values = {path: float(_look_up(self._now, path)) for knob in every for path in knob.paths}
+        tables = self._now.model_dump(mode="json")
+        values = {path: float(look_up(tables, path)) for knob in every for path in knob.paths}
         runs = self._base.duration * 2.0 * len(every)
         steps = min(_STEPS_MOST, max(_STEPS_LEAST, int(_WORK / runs)))
         coarse = self._reaching([each for knob in every for each in trials(knob, values, steps)])
@@ -417,17 +428,7 @@ def _case(base: Prepared, changes: Mapping[str, Any]) -> Prepared:
 def _effective(scenario: Scenario, changes: Mapping[str, Any]) -> dict[str, Any]:
     """Return the changes that change something."""
     tables = scenario.model_dump(mode="json")
-    return {path: value for path, value in changes.items() if _at(tables, path) != value}
-
-
-def _look_up(scenario: Scenario, path: str) -> Any:
-    return _at(scenario.model_dump(mode="json"), path)
-
-
-def _at(tables: Any, path: str) -> Any:
-    for key in path.split("."):
-        tables = tables[key]
-    return tables
+    return {path: value for path, value in changes.items() if look_up(tables, path) != value}
 
 
 def _errors(base: Prepared) -> NDArray[np.float32]:

@@ -7,7 +7,7 @@ import type { Channel } from '../../plot/source';
 import type { Changes, Scenario, SessionInfo, TrajectoryEntry, Value } from '../api/types';
 import { app } from '../store.svelte';
 import { recall } from '../session/kept-sessions';
-import { changedLanes, type LaneCode } from '../whatif/changed-lanes';
+import { Beyond, changedLanes, type LaneCode } from '../whatif/changed-lanes';
 import { Refused } from '../whatif/refused-changes';
 import { NEEDS_SERVER } from './demo-mode';
 import type { MotionCode } from './motion-code';
@@ -15,6 +15,7 @@ import type { Moved } from './moved-lanes';
 import { readPacked } from './packed-inputs';
 import { json, problem, refusal } from './responses';
 import type { SpectrumRequest } from './spectrum';
+import type { WhyData, WhyRequest } from './why';
 
 /** The scenario of a first visit. */
 const FIRST = 'circle';
@@ -23,6 +24,7 @@ const PATHS = '/trajectories';
 interface Answers {
   plants: Record<string, Value>;
   channels: Channel[];
+  why: WhyData;
   [path: string]: unknown;
 }
 
@@ -72,6 +74,7 @@ export class DemoServer {
       return json(sessionOf(id, scenario, kept?.base ?? scenario));
     }
     if (path === '/whatif/lanes') return this.whatIf(JSON.parse(body) as LanesRequest);
+    if (path === '/why') return this.why(JSON.parse(body) as WhyRequest);
     if (path === '/scenarios/parse') return this.motor(body);
     if (path === '/spectrum' || path === '/views/ballbar') return view(path, body);
     if (path.startsWith(PATHS)) return this.paths(method, path, body);
@@ -119,24 +122,43 @@ export class DemoServer {
 
   private async whatIf(request: LanesRequest): Promise<Response> {
     const { scenario, set = {}, inputs, tables } = request;
-    const shipped = this.shipped(scenario.name);
-    if (!shipped) return problem(501, `The demo has shipped scenarios alone. ${NEEDS_SERVER}`);
-    const lanes = await this.lanesOf(scenario.name);
     try {
-      const whole = withChanges(scenario, set, this.parts);
-      const moved = await this.moved(lanes, shipped, whole);
-      const { trajectory } = moved ? whole : shipped;
-      const base = moved ?? lanes;
-      const changed = changedLanes(this.code, base, { ...shipped, trajectory }, whole);
+      const lanes = await this.lanesWith(withChanges(scenario, set, this.parts));
       const answer = {
-        ...changed,
-        inputs: inputs === base.keys.inputs ? null : base.inputs,
+        ...lanes,
+        inputs: inputs === lanes.keys.inputs ? null : lanes.inputs,
         tables: tables === lanes.keys.tables ? null : lanes.tables,
       };
       return new Response(packLanes(answer));
     } catch (error) {
       return refusal(error);
     }
+  }
+
+  private async why(request: WhyRequest): Promise<Response> {
+    const { whyDocument } = await import('./why-run');
+    try {
+      const whole = withChanges(request.scenario, request.set ?? {}, this.parts);
+      const lanes = await this.lanesWith(whole);
+      const motions = await this.motions();
+      return json(await whyDocument(this.answers.why, request, [this.code, lanes, whole], motions));
+    } catch (error) {
+      return refusal(error);
+    }
+  }
+
+  /**
+   * The lanes of a changed scenario, with inputs and tables.
+   *
+   * @throws Refused, Beyond
+   */
+  private async lanesWith(whole: Scenario): Promise<Lanes> {
+    const shipped = this.shipped(whole.name);
+    if (!shipped) throw new Beyond('the demo has shipped scenarios alone');
+    const lanes = await this.lanesOf(whole.name);
+    const moved = await this.moved(lanes, shipped, whole);
+    const { trajectory } = moved ? whole : shipped;
+    return changedLanes(this.code, moved ?? lanes, { ...shipped, trajectory }, whole);
   }
 
   /** The lanes of another motion than the shipped one; null where it is the shipped one. */

@@ -155,7 +155,7 @@ function windowsOf(
 }
 
 /** The parameters that hold from a tick on. */
-function inEffect(scenario: Scenario, tick: number, period: number): Scenario {
+export function inEffect(scenario: Scenario, tick: number, period: number): Scenario {
   return scenario.schedule
     .filter(({ time }) => Math.round(time / period) <= tick)
     .reduce((before, { set }) => withChanges(before, set as Changes), scenario);

@@ -58,7 +58,8 @@ export function questionText(why: Why, near: number | null = null): string {
 }
 
 /** The smallest change that mends it, with what it reaches; why there is none. */
-export function mendText({ mend, goal, why_not }: Why): { head: string; rest: string } {
+export function mendText({ mend, goal, why_not, tried }: Why): { head: string; rest: string } {
+  if (!mend && tried === 0) return { head: '', rest: why_not };
   const scale = scaleFor(goal, 'm');
   const target = `${among(goal, scale)} ${scale.unit}`;
   if (!mend) return { head: `Nothing found that reaches ${target}.`, rest: why_not };
