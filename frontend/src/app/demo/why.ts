@@ -99,7 +99,7 @@ export async function explain(data: WhyData, request: WhyRequest, run: WhyRun): 
   const causes = there.flatMap(({ kind: { id, label, meaning }, set }, i): Why['causes'] => {
     const without = results[i] as Record<Axis, Float32Array> | string;
     if (typeof without === 'string') {
-      notes.push(`Left out: ${label}, which needs a server: ${without}.`);
+      notes.push(`Left out: ${label}. This page cannot run it: ${without}.`);
       return [];
     }
     const error = finite(largest(without));
@@ -122,7 +122,7 @@ export async function explain(data: WhyData, request: WhyRequest, run: WhyRun): 
       .filter((each) => !there.includes(each))
       .map(({ kind: { id, label } }) => ({ id, label })),
     mend: null,
-    why_not: `The smallest change is searched by a server. ${NEEDS_SERVER}`,
+    why_not: NEEDS_SERVER,
     tried: 0,
     reached: 0,
     notes,
