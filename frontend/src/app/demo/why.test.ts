@@ -82,7 +82,9 @@ describe('an explained peak', () => {
     ]);
     expect(why.causes[1]?.set).toEqual({ 'plant.y.a': 0 });
     expect(why.absent).toEqual([{ id: 'absent', label: 'absent' }]);
-    expect(why.notes).toEqual(['Left out: beyond. This page cannot run it: it decides the inputs.']);
+    expect(why.notes).toEqual([
+      'Left out: beyond. This page cannot run it: it decides the inputs.',
+    ]);
     expect(run.errors).toHaveBeenCalledTimes(2);
   });
 
