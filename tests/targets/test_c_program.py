@@ -78,6 +78,14 @@ def test_what_nobody_reads_is_not_there() -> None:
     assert "floor(" in program(1.0)[1]
 
 
+def test_an_interface_keeps_its_fields() -> None:
+    spring = {"spring": Spring(0.0, 0.0, 0.0), "s": Mass(0.0, 0.0, 0.0), "kick": 0.0}
+    entry = Recorder().record(swing, spring | {"kind": Constant(0.0, structural=True)})
+    made = Program({"swing": entry}, states=[Mass], whole=[Spring])
+    assert made.fields(Spring) == list(Spring._fields)
+    assert made.fields(Mass) == ["p", "v"]
+
+
 def test_names_comments_and_loops_of_the_source_are_there() -> None:
     text = program()[1]
     for part in (

@@ -83,6 +83,7 @@ def controller_code(scenario: Scenario, variant: str) -> ControllerCode:
     program = Program(
         entries_by_axis(steps),
         states=(state, law.State, ControllerState, Command),
+        whole=(Reference,),
         type_names={
             parameters: "psrm_axis_parameters",
             state: "psrm_axis_state",

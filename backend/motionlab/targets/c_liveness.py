@@ -38,13 +38,22 @@ class Liveness:
         Functions whose results are all needed, but for fields of the classes in `states`.
     states : iterable of class
         NamedTuple classes of which only those fields are needed that are read.
+    whole : iterable of class
+        NamedTuple classes of which every field is needed, whether it is read or not.
     """
 
-    def __init__(self, entries: Iterable[RecordedFunction], states: Iterable[Any] = ()) -> None:
+    def __init__(
+        self,
+        entries: Iterable[RecordedFunction],
+        states: Iterable[Any] = (),
+        whole: Iterable[Any] = (),
+    ) -> None:
         self.functions: dict[RecordedFunction, None] = {}
         self._facts: set[Any] = set()
         self._states = set(states)
         self._grown = True
+        for kind in whole:
+            self._facts |= {("field", kind, name) for name in kind._fields}
         entries = list(entries)
         for entry in entries:
             for place, value in enumerate(_returned(entry).values):

@@ -36,6 +36,8 @@ class Program:
         Functions that others call, by their name in C.
     states : iterable of class
         NamedTuple classes of which the entries return only those fields that are read again.
+    whole : iterable of class
+        NamedTuple classes with all of their fields, whatever the functions read: an interface.
     prefix : str
         Of the names of structures.
     type_names : mapping, optional
@@ -47,10 +49,11 @@ class Program:
         entries: Mapping[str, RecordedFunction],
         *,
         states: Iterable[Any] = (),
+        whole: Iterable[Any] = (),
         prefix: str = "psrm_",
         type_names: Mapping[Any, str] | None = None,
     ) -> None:
-        self._live = Liveness(entries.values(), states)
+        self._live = Liveness(entries.values(), states, whole)
         self._types = Types(self._live, prefix=prefix, names=type_names)
         self._entries = {function: name for name, function in entries.items()}
         self._functions = {
