@@ -1,8 +1,10 @@
 // Put before the page's own scripts: notes answers of what-ifs, and which canvases are drawn after.
 (() => {
+  const VARIANTS = 2;
   const bench = {
     answers: 0,
-    loops: 0,
+    loops: 0, // answers of the server
+    ownLoops: 0, // of a worker, of one variant
     asked: 0, // for lanes
     drawn: new Map(), // canvas to when, ms
     answered: 0, // ms
@@ -66,6 +68,7 @@
       this.addEventListener('message', ({ data }) => {
         if (!data.answer?.windows) return;
         bench.answers += 1;
+        if (data.answer.loops) bench.ownLoops += 1;
         bench.answered = performance.now();
       });
     }
@@ -129,7 +132,7 @@
       // Between two frames, at another phase each time.
       await frame();
       await new Promise((resolve) => setTimeout(resolve, (i * 7) % 16));
-      const { answers, loops: before } = bench;
+      const { answers, loops: before, ownLoops } = bench;
       const begin = performance.now();
       move(slider, home, (i + 1) * 2.4);
       const drawn = () =>
@@ -140,7 +143,8 @@
         await painted();
         const now = performance.now() - begin;
         if (!plots && drawn()) plots = now;
-        if (!margin && bench.loops > before && !asking()) margin = now;
+        const own = bench.ownLoops >= ownLoops + VARIANTS;
+        if (!margin && (own || (bench.loops > before && !asking()))) margin = now;
         if (now > 10_000) throw new Error(`event ${i} without an answer`);
       }
       taken.push(plots);
