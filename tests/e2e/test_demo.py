@@ -269,6 +269,33 @@ def test_what_a_path_needs_a_server_for_says_so(demo: Page, host: Host) -> None:
     expect(demo.get_by_role("button", name="Send to motor")).to_be_disabled()
 
 
+def test_a_range_is_that_of_the_kind_of_motion(demo: Page, host: Host) -> None:
+    demo.goto(f"{host.url}/people/lab/?screen=trajectories")
+    expect(region(demo, "Errors of A and B")).to_contain_text("exact", timeout=LONG)
+    set_field(demo, "Laps", "1000000")
+    expect(region(demo, "Limits")).to_contain_text("1 to 1000")
+
+
+def test_a_link_to_a_scenario_that_it_has_not_says_so(browser: Browser, host: Host) -> None:
+    page = browser.new_context(viewport=VIEW).new_page()
+    page.goto(f"{host.url}/people/lab/?scenario=zzz")
+    expect(page.get_by_role("alert").first).to_contain_text("This demo has no scenario zzz")
+    page.context.close()
+
+
+@pytest.mark.parametrize("name", ["answers.bin", "circle.bin", "lanes-*.js"])
+def test_a_file_that_is_not_there_is_named(browser: Browser, host: Host, name: str) -> None:
+    page = browser.new_context(viewport=VIEW, service_workers="block").new_page()
+    complaints: list[str] = []
+    page.on("pageerror", lambda error: complaints.append(str(error)))
+    page.route(f"**/{name}", lambda route: route.fulfill(status=404))
+    page.goto(f"{host.url}/people/lab/")
+    named = name.replace("-*", "")
+    expect(page.locator("body")).to_contain_text(f"{named} cannot be read", timeout=LONG)
+    assert complaints == []
+    page.context.close()
+
+
 def test_it_opens_again_without_a_network(demo: Page, host: Host) -> None:
     opened(demo, host)
     demo.evaluate("navigator.serviceWorker.ready.then((worker) => worker.active.state)")

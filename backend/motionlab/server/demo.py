@@ -7,6 +7,7 @@ import gzip
 import hashlib
 import json
 import math
+import typing
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,8 @@ from numpy.typing import NDArray
 
 from motionlab.config.load import load_scenario
 from motionlab.config.named_configs import names
+from motionlab.config.scenario import Scenario
+from motionlab.config.validation_errors import bounds_of, members
 from motionlab.errors import MotionLabError
 from motionlab.server.app import PREFIX, create_app
 from motionlab.server.http.page import page_root
@@ -201,6 +204,15 @@ def _answers() -> dict[str, Any]:
             for name in names("motors")
         },
         "why": {"reach": REACH, "goal": GOAL, "causes": causes_table()},
+        # By kind: /fields has one of each name, without bounds where kinds differ.
+        "bounds": {
+            typing.get_args(motion.model_fields["kind"].annotation)[0]: {
+                name: ends
+                for name, field in motion.model_fields.items()
+                if (ends := bounds_of(field))
+            }
+            for motion in members(Scenario.model_fields["trajectory"].annotation)
+        },
         # Of all scenarios that ship, which have two variants; a session's stream would name them.
         "channels": [
             {"name": name, "unit": channel.unit, "meaning": channel.meaning}

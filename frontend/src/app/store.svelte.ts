@@ -6,6 +6,7 @@ import type { Changes, Metrics, Scenario, Value } from './api/types';
 import { Catalogue } from './catalogue.svelte';
 import { DriveLink } from './drive/drive-link.svelte';
 import { demo, NEEDS_SERVER } from './demo/demo-mode';
+import { PATIENCE } from './whatif/loading';
 import { commandText, errorText, fileErrorText } from './error-text';
 import { Expressions } from './expressions/expressions.svelte';
 import { needsRestart, Refusals } from './fields/fields.svelte';
@@ -44,7 +45,11 @@ export class Store {
   readonly metrics = new LiveMetrics(this.api, this.session);
   readonly refusals = new Refusals();
   /** The kernel in the page, which what-ifs share. */
-  readonly kernel = new PageKernel(new LaneChanges(() => this.catalogue.resolved));
+  readonly kernel = new PageKernel(
+    new LaneChanges(() => this.catalogue.resolved),
+    undefined,
+    demo === null ? PATIENCE : Number.POSITIVE_INFINITY, // nobody else computes in a demo
+  );
   readonly whatif = new WhatIf(
     this.api,
     (fields, detail) => this.refusals.take(fields, detail),

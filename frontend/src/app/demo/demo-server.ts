@@ -11,6 +11,7 @@ import { Beyond, changedLanes, type LaneCode } from '../whatif/changed-lanes';
 import { Refused } from '../whatif/refused-changes';
 import { NEEDS_SERVER } from './demo-mode';
 import type { MotionCode } from './motion-code';
+import type { MotionRanges } from './motion-limits';
 import type { Moved } from './moved-lanes';
 import { readPacked } from './packed-inputs';
 import { json, problem, refusal } from './responses';
@@ -25,6 +26,7 @@ interface Answers {
   plants: Record<string, Value>;
   channels: Channel[];
   why: WhyData;
+  bounds: MotionRanges;
   [path: string]: unknown;
 }
 
@@ -35,11 +37,22 @@ interface LanesRequest {
   tables?: string;
 }
 
-/** A file of the demo; texts and numbers in it are compressed. */
-async function unzipped(url: string): Promise<Response> {
-  const response = await fetch(url);
-  if (!response.ok || !response.body) throw new Error(`${url}: ${response.statusText}`);
-  return new Response(response.body.pipeThrough(new DecompressionStream('gzip')));
+/** Says which file of the demo cannot be read. */
+function unread(url: string): Error {
+  return new Error(
+    `This demo is not whole: ${url.split('/').at(-1)} cannot be read. Load it anew.`,
+  );
+}
+
+/** Reads a file of the demo; texts and numbers in it are compressed. */
+async function unzipped<T>(url: string, read: (file: Response) => Promise<T>): Promise<T> {
+  try {
+    const response = await fetch(url);
+    if (!response.ok || !response.body) throw new Error(response.statusText);
+    return await read(new Response(response.body.pipeThrough(new DecompressionStream('gzip'))));
+  } catch {
+    throw unread(url);
+  }
 }
 
 export class DemoServer {
@@ -56,8 +69,8 @@ export class DemoServer {
 
   static async open(folder: string): Promise<DemoServer> {
     const [answers, code] = await Promise.all([
-      unzipped(`${folder}answers.bin`).then((file) => file.json() as Promise<Answers>),
-      import('../../../lanes.js'),
+      unzipped(`${folder}answers.bin`, (file) => file.json() as Promise<Answers>),
+      import('../../../lanes.js').catch(() => Promise.reject(unread('lanes.js'))),
     ]);
     return new DemoServer(folder, answers, code);
   }
@@ -65,12 +78,12 @@ export class DemoServer {
   /** Answers a request below the API's root. */
   async answer(method: string, path: string, body: string): Promise<Response> {
     if (method === 'GET' && path !== PATHS && path in this.answers) return json(this.answers[path]);
-    if (path === '/sessions' && method === 'POST') return json(this.create(body));
+    if (path === '/sessions' && method === 'POST') return this.create(body);
     const [, id] = /^\/sessions\/([^/]+)$/.exec(path) ?? [];
     if (id !== undefined && method === 'DELETE') return new Response(null, { status: 204 });
     if (id !== undefined && method === 'GET') {
       const kept = recall(id);
-      const scenario = kept?.scenario ?? this.shipped(FIRST);
+      const scenario = kept?.scenario ?? (this.shipped(FIRST) as Scenario);
       return json(sessionOf(id, scenario, kept?.base ?? scenario));
     }
     if (path === '/whatif/lanes') return this.whatIf(JSON.parse(body) as LanesRequest);
@@ -85,27 +98,29 @@ export class DemoServer {
   private async paths(...request: [method: string, path: string, body: string]): Promise<Response> {
     const [{ answerOfPaths }, code] = await Promise.all([import('./path-routes'), this.motions()]);
     const shipped = this.answers[PATHS] as TrajectoryEntry[];
-    return answerOfPaths(code, request, shipped, this.parts);
+    return answerOfPaths(code, request, shipped, this.parts, this.answers.bounds);
   }
 
   /** Motion profiles and curves. */
   private motions(): Promise<MotionCode> {
-    this.motionCode ??= import(/* @vite-ignore */ `${this.folder}motions.js`);
+    const url = `${this.folder}motions.js`;
+    this.motionCode ??= import(/* @vite-ignore */ url).catch(() => Promise.reject(unread(url)));
     return this.motionCode as Promise<MotionCode>;
   }
 
-  private shipped(name: string): Scenario {
-    return this.answers[`/scenarios/${name}`] as Scenario;
+  private shipped(name: string): Scenario | undefined {
+    return this.answers[`/scenarios/${name}`] as Scenario | undefined;
   }
 
-  private create(body: string): SessionInfo {
+  private create(body: string): Response {
     const { scenario = FIRST, set = {} } = JSON.parse(body) as {
       scenario?: Scenario | string;
       set?: Changes;
     };
     const whole = typeof scenario === 'string' ? this.shipped(scenario) : scenario;
+    if (!whole) return problem(404, `This demo has no scenario ${String(scenario)}.`);
     const changed = withChanges(whole, set, this.parts);
-    return sessionOf(`demo-${Date.now().toString(36)}`, changed, changed);
+    return json(sessionOf(`demo-${Date.now().toString(36)}`, changed, changed));
   }
 
   private get parts(): Record<string, Value> {
@@ -173,7 +188,7 @@ export class DemoServer {
     const references = lanes.rows.every(([row]) => REFERENCE_ROWS.some((name) => name === row));
     // What depends on the times of the shipped motion.
     if (!references || schedule.length > 0 || window) return null;
-    checkRanges(trajectory);
+    checkRanges(trajectory, this.answers.bounds);
     const code = await this.motions();
     const known = this.motion;
     const motion =
@@ -193,9 +208,7 @@ export class DemoServer {
   private lanesOf(name: string): Promise<Lanes> {
     const lanes =
       this.lanes.get(name) ??
-      unzipped(`${this.folder}${name}.bin`).then(async (file) =>
-        readPacked(await file.arrayBuffer()),
-      );
+      unzipped(`${this.folder}${name}.bin`, async (file) => readPacked(await file.arrayBuffer()));
     this.lanes.set(name, lanes);
     lanes.catch(() => this.lanes.delete(name));
     return lanes;
@@ -240,9 +253,19 @@ function sessionOf(id: string, scenario: Scenario, base: Scenario): SessionInfo 
 /** Puts the files of a demo in place of the server, and keeps them for a page without a network. */
 export function startDemo(folder: string): void {
   const server = DemoServer.open(folder);
-  network.request = async (method, path, init) =>
-    (await server).answer(method, path, typeof init.body === 'string' ? init.body : '');
-  void server.then(({ answers }) => (app.session.channels = answers.channels));
+  network.request = async (method, path, init) => {
+    try {
+      return await (
+        await server
+      ).answer(method, path, typeof init.body === 'string' ? init.body : '');
+    } catch (error) {
+      return problem(500, error instanceof Error ? error.message : String(error));
+    }
+  };
+  server.then(
+    ({ answers }) => (app.session.channels = answers.channels),
+    () => undefined, // each request says it
+  );
   if ('serviceWorker' in navigator) {
     // A host without https has none: the demo then needs its network.
     navigator.serviceWorker.register('sw.js').catch(() => undefined);

@@ -14,7 +14,7 @@ const EVERY = 1e9;
 const TIMEOUT = 60_000; // ms
 
 /** A kernel of its own: the Lab's keeps the samples that are drawn. */
-const kernel = new PageKernel();
+const kernel = new PageKernel(undefined, undefined, Number.POSITIVE_INFINITY);
 const api = new Api();
 
 /** @throws Error, ApiError where the scenario cannot be run or has no circle */

@@ -3,12 +3,15 @@
 import type { Axis } from '../../kernel/lanes';
 import { AXES } from '../../kernel/module';
 import type { ProblemField, Scenario, Value } from '../api/types';
-import { outOfRange, Refused } from '../whatif/refused-changes';
+import { type Bounds, outOfRange, Refused } from '../whatif/refused-changes';
 import type { MotionCode } from './motion-code';
 import type { Reference } from './reference';
 
 const POSITION_ROUNDING = 1e-12;
 const ROUNDING = 1e-9;
+
+/** Bounds of fields, by the kind of a motion and their names. */
+export type MotionRanges = Readonly<Record<string, Readonly<Record<string, Bounds>>>>;
 
 export interface Demand {
   quantity: 'position' | 'step' | 'velocity' | 'acceleration';
@@ -84,9 +87,10 @@ export function infeasible(
 }
 
 /** @throws Refused where a number of a motion is out of its range */
-export function checkRanges(trajectory: Scenario['trajectory']): void {
+export function checkRanges(trajectory: Scenario['trajectory'], ranges: MotionRanges): void {
+  const own = ranges[trajectory.kind];
   const problems = Object.entries(trajectory).flatMap(([name, value]) =>
-    outOfRange(`trajectory.${name}`, value as Value),
+    outOfRange(`trajectory.${name}`, value as Value, own?.[name]),
   );
   if (problems.length > 0) throw new Refused(problems);
 }

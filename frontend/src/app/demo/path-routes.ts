@@ -6,7 +6,7 @@ import { Beyond } from '../whatif/changed-lanes';
 import { NEEDS_SERVER } from './demo-mode';
 import { drop, keep, listed, pathOf } from './kept-paths';
 import type { MotionCode } from './motion-code';
-import { checkRanges } from './motion-limits';
+import { checkRanges, type MotionRanges } from './motion-limits';
 import { checkPath, packed } from './path-check';
 import { json, problem, refusal } from './responses';
 import { slowDown } from './slower';
@@ -24,6 +24,7 @@ export function answerOfPaths(
   [method, path, body]: readonly [method: string, path: string, body: string],
   shipped: readonly TrajectoryEntry[],
   parts: Record<string, Value>,
+  ranges: MotionRanges,
 ): Response {
   try {
     if (path === '/trajectories') return json(listed(shipped));
@@ -31,7 +32,7 @@ export function answerOfPaths(
       const { scenario, set = {}, trajectory, points = 600 } = JSON.parse(body) as PathRequest;
       const { plant, schedule } = withChanges(scenario, set, parts);
       if (schedule.length > 0) throw new Beyond('A schedule has the times of its own motion');
-      checkRanges(trajectory);
+      checkRanges(trajectory, ranges);
       if (path.endsWith('slow')) return json(slowDown(code, trajectory, plant));
       return new Response(packed(checkPath(code, trajectory, plant, points)));
     }

@@ -4,6 +4,7 @@ import type { Lanes } from '../../kernel/lanes';
 import type { Changes, Scenario, Value } from '../api/types';
 import { changedLanes, Beyond, type LaneCode } from './changed-lanes';
 import { LaneChanges, type Numbers } from './lane-changes';
+import { PATIENCE } from './loading';
 import { Refused } from './refused-changes';
 
 vi.mock('./changed-lanes', async (original) => ({
@@ -61,6 +62,16 @@ it('starts from a stored state with changes of a running session, and no further
   expect(await changes.lanesOf(mass, { from: 2, to: 5 })).not.toBeNull();
   expect(await changes.lanesOf(mass, { from: 1, to: 5 })).toBeNull();
   expect(await changes.lanesOf(question({ seed: 2 }), null)).toBeNull();
+});
+
+it('asks the server while the code takes long to load', async () => {
+  vi.useFakeTimers();
+  const changes = new LaneChanges(undefined, () => new Promise(() => undefined));
+  changes.take(question({}), { lanes: exampleLanes() } as Numbers);
+  const lanes = changes.lanesOf(question({}), null);
+  await vi.advanceTimersByTimeAsync(PATIENCE);
+  expect(await lanes).toBeNull();
+  vi.useRealTimers();
 });
 
 it('asks the server where the code cannot be loaded', async () => {

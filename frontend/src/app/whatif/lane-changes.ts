@@ -7,6 +7,7 @@ import { at, equal, isTable, withChanges } from '../api/scenario-paths';
 import type { Changes, Scenario, Value } from '../api/types';
 import { needsRestart } from '../fields/fields.svelte';
 import { Beyond, changedLanes, type LaneCode } from './changed-lanes';
+import { Loading, PATIENCE } from './loading';
 import type { Question } from './whatif.svelte';
 
 /** Inputs by the keys that the server knows them by. */
@@ -21,7 +22,7 @@ export interface Numbers {
 }
 
 export class LaneChanges {
-  private code: Promise<LaneCode | null> | null = null;
+  private code: Loading<LaneCode | null> | null = null;
   /** The latest question that the server has checked; its scenario has the changes, and is null where they name a part that is not known. */
   private checked: (Numbers & { from: Scenario; scenario: Scenario | null }) | null = null;
 
@@ -49,7 +50,8 @@ export class LaneChanges {
       checked.from = scenario; // read anew, and the same
     }
     const changed = this.changed(scenario, set);
-    const code = await (this.code ??= this.load().catch(() => null));
+    this.code ??= new Loading(() => this.load().catch(() => null), PATIENCE);
+    const code = await this.code.soon();
     if (!code || !checked.scenario || !changed) return null;
     const { lanes, inputs } = checked;
     try {

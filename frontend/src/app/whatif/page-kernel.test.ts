@@ -58,7 +58,7 @@ async function kernelOf(
   const kernel = new PageKernel(changes, () => Promise.resolve(crew));
   const run = (set: Changes, columns?: string[]) =>
     kernel.run({ whatifLanes }, question(set, columns), null, 4, AbortSignal.timeout(1000));
-  return { kernel, run, requests, whatifLanes, changes };
+  return { kernel, run, requests, whatifLanes, changes, port };
 }
 
 let made: Awaited<ReturnType<typeof kernelOf>>;
@@ -193,6 +193,20 @@ describe('the server has to run', () => {
     }
     expect(opened).toBe(2);
     expect(end).toHaveBeenCalled();
+  });
+
+  it('everything while the module takes long to load, until it is there', async () => {
+    let loaded: (crew: Crew) => void = () => undefined;
+    const loading = new Promise<Crew>((resolve) => (loaded = resolve));
+    const changes = new LaneChanges();
+    vi.spyOn(changes, 'lanesOf').mockResolvedValue(null);
+    const kernel = new PageKernel(changes, () => loading, 10);
+    const run = () => kernel.run(made, question({}), null, 4, AbortSignal.timeout(1000));
+    for (let asks = 0; asks < 2; asks++) {
+      await expect(run()).rejects.toEqual(new Obstacle('the kernel of the page is still loading'));
+    }
+    loaded(await Crew.of({} as WebAssembly.Module, [made.port(0), made.port(1)]));
+    expect((await run()).duration).toBe(5);
   });
 
   it('everything in a browser without WebAssembly', async () => {

@@ -10,6 +10,7 @@ import type { Preview } from '../api/curves-answer';
 import { equal } from '../api/scenario-paths';
 import type { Metrics } from '../api/types';
 import { type Known, LaneChanges, type Numbers } from './lane-changes';
+import { Loading, PATIENCE } from './loading';
 import { binsOf, ofVariant, placesOf, runOf, sameRun, sourceOf } from './run-request';
 import type { Question } from './whatif.svelte';
 
@@ -35,7 +36,7 @@ interface Latest {
 }
 
 export class PageKernel {
-  private crew: Promise<Crew> | null = null;
+  private crew: Loading<Crew> | null = null;
   /** Whether the crew is in place of one that ended, and has not answered yet. */
   private second = false;
   private inputs: Known | null = null;
@@ -44,10 +45,14 @@ export class PageKernel {
   /** Ends with the last run or reading: one at a time, as the workers have one run's samples. */
   private last: Promise<unknown> = Promise.resolve();
 
-  /** @param changes makes lanes without the server, where it can */
+  /**
+   * @param changes makes lanes without the server, where it can
+   * @param patience so long the workers are waited for, ms; then the server computes until they are there
+   */
   constructor(
     private readonly changes = new LaneChanges(),
     private readonly open = Crew.open,
+    private readonly patience = PATIENCE,
   ) {}
 
   /**
@@ -127,8 +132,8 @@ export class PageKernel {
       const obstacle = new Obstacle('this page has the kernel of another version');
       this.latest = null;
       crew.end();
-      this.crew = Promise.reject(obstacle);
-      await this.crew;
+      this.crew = new Loading(() => Promise.reject(obstacle), this.patience);
+      await this.crew.value;
     }
     const inputs = (this.inputs = this.inputsOf(lanes));
     const numbers = { lanes: { ...lanes, inputs: null, tables: null }, inputs };
@@ -161,7 +166,7 @@ export class PageKernel {
     const requests = variants.map((variant, i): Request => {
       return { kind: 'curves', variant, columns: ofVariant(places, i), bins };
     });
-    const curves = (await this.all<Curve[]>(await crew, inputs, requests)) as Curve[][];
+    const curves = (await this.all<Curve[]>(await crew.value, inputs, requests)) as Curve[][];
     return sourceOf(places, curves, bins, inputs.period);
   }
 
@@ -211,11 +216,15 @@ export class PageKernel {
   }
 
   private async crewOf(): Promise<Crew> {
+    let crew: Crew | null;
     try {
-      return await (this.crew ??= this.open());
+      this.crew ??= new Loading(this.open, this.patience);
+      crew = await this.crew.soon();
     } catch (error) {
       throw new Obstacle(error instanceof Error ? error.message : String(error));
     }
+    if (!crew) throw new Obstacle('the kernel of the page is still loading');
+    return crew;
   }
 
   /** The inputs of an answer, or those that are known. */

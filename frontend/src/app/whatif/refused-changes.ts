@@ -3,9 +3,11 @@
 import { AXES } from '../../kernel/module';
 import { ApiError } from '../api/client';
 import { at, type ScenarioDifference } from '../api/scenario-paths';
-import type { ProblemField, Scenario, Value } from '../api/types';
+import type { FieldEntry, ProblemField, Scenario, Value } from '../api/types';
 import { entryOf } from '../fields/fields.svelte';
 import type { LaneCode } from './changed-lanes';
+
+export type Bounds = NonNullable<FieldEntry['bounds']>;
 
 /** A change that the server will refuse, as far as the page can tell. */
 export class Refused extends ApiError {
@@ -46,19 +48,21 @@ export function refuse(
   if (problems.length > 0) throw new Refused(problems);
 }
 
-/** A number, or one of a list, beyond the bounds of its field. */
-export function outOfRange(path: string, value: Value | undefined): ProblemField[] {
-  if (Array.isArray(value)) return value.flatMap((each, i) => outOfRange(`${path}.${i}`, each));
+/** A number, or one of a list, beyond the bounds of its field, which may be given. */
+export function outOfRange(path: string, value: Value | undefined, own?: Bounds): ProblemField[] {
+  if (Array.isArray(value))
+    return value.flatMap((each, i) => outOfRange(`${path}.${i}`, each, own));
   const entry = entryOf(path);
-  if (typeof value !== 'number' || !entry?.bounds) return [];
-  const { bounds } = entry;
+  const bounds = own ?? entry?.bounds;
+  if (typeof value !== 'number' || !bounds) return [];
   const { minimum, maximum, exclusive_minimum: above, exclusive_maximum: below } = bounds;
   const holds =
     value >= (minimum ?? Number.NEGATIVE_INFINITY) &&
     value <= (maximum ?? Number.POSITIVE_INFINITY) &&
     value > (above ?? Number.NEGATIVE_INFINITY) &&
     value < (below ?? Number.POSITIVE_INFINITY);
-  return holds ? [] : [{ loc: path, message: 'is out of range', value, bounds, unit: entry.unit }];
+  const unit = entry?.unit ?? '';
+  return holds ? [] : [{ loc: path, message: 'is out of range', value, bounds, unit }];
 }
 
 /** A number as Python's `:g` writes it, or with other significant digits. */
