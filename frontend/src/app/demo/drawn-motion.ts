@@ -22,7 +22,7 @@ export function drawnPieces(
   hold: (place: Point, seconds: number) => Piece[],
 ): Plan {
   if (config.law === 'time_optimal') {
-    throw new Beyond('a time-optimal motion is planned there');
+    throw new Beyond('the page plans no time-optimal motion');
   }
   const { points, closed, corners = [] } = config as Drawn & { points: Point[] };
   const curve =

@@ -85,7 +85,7 @@ export function planMotion(code: MotionCode, trajectory: Trajectory): Plan {
       return build.repeated(pieces, trajectory.laps, 0);
     }
     case 'samples':
-      throw new Beyond('a motion of samples is interpolated there');
+      throw new Beyond('the page interpolates no samples');
   }
 }
 
