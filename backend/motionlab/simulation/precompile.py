@@ -173,7 +173,7 @@ _MORE = (
     Step("batches", _batches, 20.0),
     Step("batches with tables", _batches_with_tables, 23.0),
     Step("time-optimal paths", _time_optimal_paths, 1.0),
-    Step("math channels, finite elements", rare_use, 1.0),
+    Step("math channels, sharing, finite elements", rare_use, 2.0),
 )
 LAST_OF_KERNEL = _TABLES.name
 """Step after which nothing compiles the kernel of single runs again."""
