@@ -1,4 +1,4 @@
-"""A lab whose package has one file more; nothing else of it differs."""
+"""A lab whose package has a file more, or several; nothing else of it differs."""
 
 from __future__ import annotations
 
@@ -11,13 +11,14 @@ from pathlib import Path
 from tests.paths import ROOT
 
 
-def lab_with(file: Path, room: str, folder: Path) -> dict[str, str]:
-    """Return the environment of a lab that has a file in a room of its package."""
+def lab_with(room: str, folder: Path, *files: Path) -> dict[str, str]:
+    """Return the environment of a lab that has files in a room of its package."""
     package = folder / "motionlab"
     ignored = shutil.ignore_patterns("__pycache__")
     shutil.copytree(ROOT / "backend" / "motionlab", package, ignore=ignored)
     shutil.copytree(ROOT / "configs", package / "configs")  # as in a wheel
-    shutil.copy(file, package / room)
+    for file in files:
+        shutil.copy(file, package / room)
     paths = f"{folder}{os.pathsep}{ROOT}"
     data = folder / "data"
     data.mkdir()

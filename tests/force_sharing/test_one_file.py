@@ -18,7 +18,7 @@ FUNCTION = ROOT / "tests" / "fixtures" / "sharing" / "linear.py"
 @pytest.fixture(scope="module")
 def environment(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     """Return the environment of a lab that has the function."""
-    return lab_with(FUNCTION, "force_sharing/functions", tmp_path_factory.mktemp("lab"))
+    return lab_with("force_sharing/functions", tmp_path_factory.mktemp("lab"), FUNCTION)
 
 
 def test_it_is_a_field_simulated_and_in_the_module_of_the_page(

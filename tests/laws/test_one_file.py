@@ -12,22 +12,26 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import fmpy
 import httpx
 import pytest
 
+from motionlab.timing import CONTROL_PERIOD
 from tests.export.compilers import call, compiler
+from tests.export.unit import Unit
 from tests.library.served import API, PATIENCE, SERVE
 from tests.one_file import lab_with, printed
 from tests.paths import ROOT
 
-LAW = ROOT / "tests" / "fixtures" / "laws" / "relay.py"
+LAWS = ROOT / "tests" / "fixtures" / "laws"
 COMPENSATION = "variants.B.controller.compensation"
 
 
 @pytest.fixture(scope="module")
 def environment(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    """Return the environment of a lab that has the law."""
-    return lab_with(LAW, "laws", tmp_path_factory.mktemp("lab"))
+    """Return the environment of a lab that has the relay, and a law of hostile names."""
+    folder = tmp_path_factory.mktemp("lab")
+    return lab_with("laws", folder, LAWS / "relay.py", LAWS / "words.py")
 
 
 def _address(server: subprocess.Popen[bytes], stderr: Path) -> str:
@@ -112,3 +116,42 @@ def test_it_is_exported(environment: dict[str, str], tmp_path: Path) -> None:
     assert "1000 periods, 0 numbers beyond" in checked.stdout, checked.stdout + checked.stderr
     code = (tmp_path / "new" / "psrm_controller.c").read_text()
     assert "/* Estimate friction as level side + sigma_2 v_ref. */\nstatic void relay(" in code
+
+
+def test_its_names_may_be_words_of_c_and_of_javascript(
+    environment: dict[str, str], tmp_path: Path
+) -> None:
+    law = "--set=variants.B.controller.compensation.law=words"
+    words = ("motionlab", "export-controller", "circle", "--variant", "B", law)
+    more = ("--seconds", "0.5", "--set=trajectory.lead_in=0.1")
+    printed(environment, *words, "-o", str(tmp_path / "new"), *more)
+    for name in ("gcc", "clang"):
+        strict = "CFLAGS=-O2 -Werror -Wshadow"
+        checked = call("make", "-C", tmp_path / "new", "check", f"CC={compiler(name)}", strict)
+        assert "1000 periods, 0 numbers beyond" in checked.stdout, checked.stdout + checked.stderr
+    parts = ("psrm_controller.c", "psrm_parameters.c")
+    for option in (["-std=gnu17"], ["-x", "c++", "-std=c++20"]):
+        code = call(
+            compiler("gcc"), *option, "-Wall", "-Werror", "-c", *parts, cwd=tmp_path / "new"
+        )
+        assert code.returncode == 0, code.stderr
+    printed(environment, *words, "-o", str(tmp_path / "unit.fmu"))
+    variables: Any = fmpy.read_model_description(str(tmp_path / "unit.fmu")).modelVariables
+    assert {"x.default", "y.errno"} <= {each.name for each in variables}
+    unit = Unit(tmp_path / "unit.fmu")
+    unit.step(CONTROL_PERIOD)
+
+
+def test_the_page_makes_lanes_of_any_names(environment: dict[str, str], tmp_path: Path) -> None:
+    printed(environment, "motionlab.targets.lane_code", str(tmp_path / "lanes.mjs"))
+    changes = {f"{COMPENSATION}.law": "words", f"{COMPENSATION}.default": 0.7}
+    document = printed(environment, "tests.laws.lane_rows", json.dumps(changes))
+    scenario, first, expected = json.loads(document)
+    own = f"rows({json.dumps(scenario)}, 'B', 'x').slice({first}, {first + len(expected)})"
+    (tmp_path / "run.mjs").write_text(
+        f"import {{ rows }} from './lanes.mjs';\nconsole.log(JSON.stringify({own}));\n"
+    )
+    command = (ROOT / "frontend" / "npm", "exec", "--", "node", tmp_path / "run.mjs")
+    done = call(*command)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout.splitlines()[-1]) == pytest.approx(expected)

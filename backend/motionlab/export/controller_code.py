@@ -15,6 +15,7 @@ from motionlab.export.controller_step import (
     with_law,
 )
 from motionlab.export.recording import BANK, call_by_axis, entries_by_axis, fixed_place, zeros
+from motionlab.export.sources import interface_names
 from motionlab.export.tables import Tables
 from motionlab.force_sharing.functions import CLOSED_FORM, FUNCTIONS, function_of
 from motionlab.force_sharing.share import ForceModel, Sharing, forces_by, phase_forces
@@ -24,6 +25,7 @@ from motionlab.kernel.law_calls import law_parameters
 from motionlab.kernel.layout import Command, ControllerState, Parameters
 from motionlab.lanes.bank import TABLES
 from motionlab.laws import LAWS
+from motionlab.plant.magnetics import Phases
 from motionlab.plant.table_map import THRUST_TERMS, TableMap
 from motionlab.targets.c_expression import INDENT
 from motionlab.targets.c_program import Program
@@ -87,8 +89,11 @@ def controller_code(scenario: Scenario, variant: str) -> ControllerCode:
         type_names={
             parameters: "psrm_axis_parameters",
             state: "psrm_axis_state",
+            Reference: "psrm_reference",
+            Phases: "psrm_phases",
             Signals: "psrm_signals",
         },
+        taken=interface_names(),
     )
     step = call_by_axis(
         program,

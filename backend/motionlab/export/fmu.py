@@ -6,6 +6,7 @@ import hashlib
 import io
 import os
 import platform
+import re
 import shlex
 import shutil
 import subprocess
@@ -21,6 +22,7 @@ from motionlab.config.scenario import Scenario
 from motionlab.export.model_description import Model, Variable, model_description
 from motionlab.export.sources import SOURCE, TABLES_FILE, scenario_facts
 from motionlab.files import failure, replace
+from motionlab.targets.c_words import safe
 
 FMU_SOURCE = Path(__file__).with_name("fmu_source")
 """The interface of FMI, the same in every unit, and templates (.in)."""
@@ -164,7 +166,8 @@ def _variable_code(variables: Iterable[Variable]) -> Iterable[str]:
             f"{int('exclusive_minimum' in bounds)}U",
         )
         kind = "PSRM_BOOLEAN" if switch else "PSRM_FLOAT64"
-        place = f"offsetof(psrm_memory, {variable.member})"
+        member = re.sub(r"[^\W\d]\w*", lambda name: safe(name[0]), variable.member)
+        place = f"offsetof(psrm_memory, {member})"
         yield f'    {{"{variable.name}", {place}, {kind}, {causality}, {", ".join(numbers)}}},'
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from pathlib import Path
 
 import tomli_w
@@ -15,6 +16,16 @@ SOURCE = Path(__file__).with_name("source")
 """The exported controller's files, of which every unit has the mathematics; templates are .in."""
 
 TABLES_FILE = "psrm_tables.h"
+
+FOLDERS = (SOURCE, *(SOURCE.with_name(f"{name}_source") for name in ("controller", "fmu")))
+"""Files of an exported controller, as C alone and as a unit."""
+
+
+def interface_names() -> frozenset[str]:
+    """Return the names of the files that every exported controller has: types and functions."""
+    files = (path for folder in FOLDERS for path in folder.iterdir())
+    texts = [path.read_text("utf-8") for path in files]
+    return frozenset(name for text in texts for name in re.findall(r"\bpsrm_\w+", text))
 
 
 def scenario_facts(scenario: Scenario, tables: str) -> tuple[bytes, dict[str, str]]:

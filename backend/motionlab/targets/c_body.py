@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
-from motionlab.targets.c_comments import comment
+from motionlab.targets.c_comments import comment, inside_comment
 from motionlab.targets.c_expression import INDENT, WIDTH, ExpressionPrinter, call_lines
 from motionlab.targets.c_function import LiveFunction
-from motionlab.targets.c_words import safe
+from motionlab.targets.c_words import free_name, safe
 from motionlab.targets.record_statements import (
     Assignment,
     CallStatement,
@@ -83,7 +83,7 @@ class Body:
         text = self._trailing.pop(line, "")
         if not text:
             return made
-        beside = f"{made[-1]} /* {text} */"
+        beside = f"{made[-1]} /* {inside_comment(text)} */"
         if len(made) == 1 and len(beside) <= WIDTH:
             return [beside]
         return [*comment(text, indent), *made]
@@ -185,7 +185,8 @@ class Body:
         self._line = loop.line
         inside = self._block(loop.body, indent + INDENT)
         self._line = max(line, self._line)
-        head = f"{indent}for (uint32_t k = 0U; k < (uint32_t){count}; k++) {{"
+        k = free_name("k", self._function.names)  # it hides no variable
+        head = f"{indent}for (uint32_t {k} = 0U; {k} < (uint32_t){count}; {k}++) {{"
         return [head, *inside, f"{indent}}}"]
 
     def _return(self, indent: str) -> list[str]:
@@ -217,9 +218,7 @@ class Body:
                 yield from self._filled(f"{path}{safe(name)} = ", each, indent)
 
     def _fresh(self, label: str) -> str:
-        name, number = label, 2
-        while name in self._declared | self._function.names:
-            name, number = f"{label}_{number}", number + 1
+        name = free_name(label, self._declared | self._function.names)
         self._declared.add(name)
         return name
 

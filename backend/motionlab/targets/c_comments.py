@@ -20,19 +20,18 @@ def in_words_of_c(text: str) -> str:
     return text
 
 
+def inside_comment(text: str) -> str:
+    """Return a line of a comment that neither ends it nor begins another."""
+    return in_words_of_c(text).replace("*/", "* /").replace("/*", "/ *")
+
+
 def comment(text: str, indent: str = "") -> list[str]:
     """Return a docstring's summary, equations and source as the lines of a comment."""
     text = _UNDERLINE.split(text.strip())[0].strip()  # no numpydoc sections: C has types
     if not text:
         return []
-    text = (
-        _ROLE.sub(r"\1", text)
-        .replace("``", "")
-        .replace("`", "")
-        .replace("::\n", ":\n")
-        .replace("*/", "* /")
-    )
-    text = in_words_of_c(text)
+    text = _ROLE.sub(r"\1", text).replace("``", "").replace("`", "").replace("::\n", ":\n")
+    text = inside_comment(text)
     lines = text.splitlines()
     if len(lines) == 1 and len(indent) + len(lines[0]) + 6 <= WIDTH:
         return [f"{indent}/* {lines[0]} */"]

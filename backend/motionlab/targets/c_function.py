@@ -7,7 +7,7 @@ from typing import Any
 
 from motionlab.targets.c_liveness import Liveness
 from motionlab.targets.c_variables import Repeated, copy_moving_aliases, separate_old_values
-from motionlab.targets.c_words import safe
+from motionlab.targets.c_words import free_name, safe
 from motionlab.targets.record_statements import (
     Assignment,
     CallStatement,
@@ -120,9 +120,7 @@ class LiveFunction:
 
     def new_name(self, label: str) -> str:
         """Return a name that nothing else in the function has."""
-        name, number = label, 2
-        while name in self._taken:
-            name, number = f"{label}_{number}", number + 1
+        name = free_name(label, self._taken)
         self._taken.add(name)
         return name
 

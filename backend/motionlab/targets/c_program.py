@@ -7,12 +7,12 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 from motionlab.targets.c_body import Body
-from motionlab.targets.c_comments import comment, heading
+from motionlab.targets.c_comments import comment, heading, inside_comment
 from motionlab.targets.c_expression import WIDTH, ExpressionPrinter, call_lines, number
 from motionlab.targets.c_function import LiveFunction
 from motionlab.targets.c_liveness import Liveness
 from motionlab.targets.c_types import Types
-from motionlab.targets.c_words import safe
+from motionlab.targets.c_words import free_name, safe, safe_outside
 from motionlab.targets.record_source import (
     constant_comment,
     constant_origin,
@@ -42,9 +42,11 @@ class Program:
         Of the names of structures.
     type_names : mapping, optional
         Names of some structures, by class.
+    taken : iterable of str
+        Names that are no structure's, beside those.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 - what is printed, and names
         self,
         entries: Mapping[str, RecordedFunction],
         *,
@@ -52,14 +54,17 @@ class Program:
         whole: Iterable[Any] = (),
         prefix: str = "psrm_",
         type_names: Mapping[Any, str] | None = None,
+        taken: Iterable[str] = (),
     ) -> None:
         self._live = Liveness(entries.values(), states, whole)
-        self._types = Types(self._live, prefix=prefix, names=type_names)
+        self._types = Types(self._live, prefix=prefix, names=type_names, taken=taken)
         self._entries = {function: name for name, function in entries.items()}
         self._functions = {
             each: LiveFunction(each, self._live) for each in _ordered(entries.values(), self._live)
         }
         self._constants: dict[tuple[str, str], _NamedConstant] = {}
+        self._constant_names: dict[tuple[str, str], str] = {}
+        self._locals = {safe(name) for each in self._functions.values() for name in each.names}
         self._module = ""  # of the function that is printed
         self._names: dict[RecordedFunction, str] = {}
         self._merge_equal()
@@ -119,21 +124,21 @@ class Program:
         kept = [each for each in self._functions if each not in self._merged]
         taken: dict[RecordedFunction, set[str]] = defaultdict(set)
         for each, function in self._functions.items():
+            variables = {safe(name) for name in function.names}
             for called in {*_called(function), each}:
-                taken[self._merged.get(called, called)] |= function.names
+                taken[self._merged.get(called, called)] |= variables
         recordings = Counter(each.source.code for each in kept)
         names: dict[RecordedFunction, str] = {}
         for each in kept:
-            name = safe(self._entries.get(each) or each.source.name.lstrip("_"))
+            name = safe_outside(self._entries.get(each) or each.source.name.lstrip("_"))
             if recordings[each.source.code] > 1 and each not in self._entries:
                 name += self._ending(each)
-            if name in taken[each] or name in names.values():
+            constants = self._constant_names.values()
+            outside = {*names.values(), *constants}
+            if name in taken[each] or name in outside:
                 package = each.source.module.rpartition(".")[0].rpartition(".")[2]
                 name = f"{package}_{name}"
-            base, count = name, 2
-            while name in names.values():
-                name, count = f"{base}_{count}", count + 1
-            names[each] = name
+            names[each] = free_name(name, outside)
         return names | {each: names[other] for each, other in self._merged.items()}
 
     def _ending(self, function: RecordedFunction) -> str:
@@ -147,8 +152,13 @@ class Program:
 
     def _constant(self, value: Constant) -> str:
         key = constant_origin(value.module, value.name)
-        known = self._constants.setdefault(key, _NamedConstant(*key, value.value, self._module))
-        return known.c_name
+        if key not in self._constant_names:
+            name = safe_outside(key[1].lstrip("_"))
+            taken = {*self._locals, *self._constant_names.values()}
+            self._constant_names[key] = free_name(name, taken)
+        name = self._constant_names[key]
+        self._constants.setdefault(key, _NamedConstant(*key, name, value.value, self._module))
+        return name
 
     def _merge_equal(self) -> None:
         """Keep one of several recordings of a function that read the same in C."""
@@ -238,17 +248,14 @@ class _NamedConstant(NamedTuple):
 
     module: str
     name: str
+    c_name: str
     value: float
     section: str
-
-    @property
-    def c_name(self) -> str:
-        return self.name.lstrip("_")
 
     def lines(self) -> list[str]:
         about = constant_comment(self.module, self.name).rstrip(".")
         text = f"static const double {self.c_name} = {number(self.value)};"
-        beside = f"{text} /* {about} */"
+        beside = f"{text} /* {inside_comment(about)} */"
         if not about:
             return [text]
         return [beside] if len(beside) <= WIDTH else [*comment(about), text]

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, get_type_hints
 
-from motionlab.targets.c_comments import comment, in_words_of_c
+from motionlab.targets.c_comments import comment, inside_comment
 from motionlab.targets.c_expression import INDENT, WIDTH
 from motionlab.targets.c_function import LiveFunction
 from motionlab.targets.c_liveness import Liveness
-from motionlab.targets.c_words import safe
+from motionlab.targets.c_words import ascii_name, free_name, safe
 from motionlab.targets.record_source import field_comments
 from motionlab.targets.record_statements import Assignment, walk
 from motionlab.targets.record_structures import snake
@@ -26,22 +26,32 @@ class Types:
         Of their names.
     names : mapping, optional
         Names of some, by class.
+    taken : iterable of str
+        Names that no other structure has.
     """
 
     def __init__(
-        self, live: Liveness, *, prefix: str, names: Mapping[Any, str] | None = None
+        self,
+        live: Liveness,
+        *,
+        prefix: str,
+        names: Mapping[Any, str] | None = None,
+        taken: Iterable[str] = (),
     ) -> None:
         self._live, self._prefix = live, prefix
         self._names: dict[Any, str] = dict(names or {})
+        self._taken = {*taken, *self._names.values()}
 
     def name(self, kind: Any) -> str:
         """Return the name of a structure."""
         if kind not in self._names:
-            name = self._prefix + snake(kind)
-            if name in self._names.values():
+            label = ascii_name(snake(kind))
+            name = self._prefix + label
+            if name in self._taken:
                 package = kind.__module__.rpartition(".")[0].rpartition(".")[2]
-                name = f"{self._prefix}{package}_{snake(kind)}"
+                name = free_name(f"{self._prefix}{package}_{label}", self._taken)
             self._names[kind] = name
+            self._taken.add(name)
         return self._names[kind]
 
     def fields(self, kind: Any) -> list[str]:
@@ -82,7 +92,7 @@ class Types:
         for name in self.fields(kind):
             plain = "bool" if "Mask" in str(kind.__annotations__[name]) else "double"
             type_name = self.name(inner[name]) if name in inner else plain
-            about = in_words_of_c(comments.get(name, ""))
+            about = inside_comment(comments.get(name, ""))
             members.append((f"{INDENT}{type_name} {safe(name)};", about))
         yield from comment(kind.__doc__ or "")
         yield "typedef struct {"

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.targets.c_comments import in_words_of_c
+from motionlab.targets.c_comments import inside_comment
 from motionlab.targets.c_expression import INDENT, WIDTH, number
 from motionlab.targets.c_program import Program
 from motionlab.targets.c_words import safe
@@ -29,7 +29,7 @@ def initial_values(program: Program, value: Any, indent: str) -> Iterator[str]:
             yield from initial_values(program, each, indent + INDENT)
             yield f"{indent}}},"
         else:
-            about = [in_words_of_c(comments.get(name, "")), "none" if math.isinf(each) else ""]
+            about = [inside_comment(comments.get(name, "")), "none" if math.isinf(each) else ""]
             text = "; ".join(part for part in about if part)
             line = f"{indent}.{safe(name)} = {number(each)},"
             beside = f"{line} /* {text} */" if text else line

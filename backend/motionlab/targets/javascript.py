@@ -13,6 +13,7 @@ import dataclasses
 import inspect
 import json
 import math
+import re
 import textwrap
 from collections.abc import Mapping
 from types import FunctionType
@@ -21,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from motionlab.errors import MotionLabError
+from motionlab.targets.c_words import free_name
 from motionlab.targets.javascript_arrays import element, of_numpy
 
 _BINARY = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.Pow: "**"}
@@ -34,7 +36,6 @@ _BUILTINS = {name: f"Math.{name}" for name in ("abs", "min", "max")} | {
     "float": "Number",
     "round": "halfEven",
 }
-_RESERVED = {"default", "delete", "function", "new", "switch", "this", "var", "void"}
 _ITSELF = {"model_dump", "values"}
 """Methods that give the fields of a config: a config is plain JSON here."""
 
@@ -76,7 +77,8 @@ class Translator:
         function = inspect.unwrap(function)  # of what is compiled
         if function not in self._names:
             module = function.__module__.rpartition(".")[2]
-            self._names[function] = f"{module}_{function.__qualname__.replace('.', '_')}"
+            name = re.sub(r"\W", "_", f"{module}_{function.__qualname__}")
+            self._names[function] = free_name(name, self._names.values())
             self._texts[function] = ""  # in its place, should it call itself
             self._texts[function] = _Function(self, function).text()
         return self._names[function]
@@ -107,9 +109,9 @@ class _Function:
     def text(self) -> str:
         parameters = inspect.signature(self.function).parameters.values()
         listed = ", ".join(
-            _safe(each.name)
+            _local(each.name)
             if each.default is inspect.Parameter.empty
-            else f"{_safe(each.name)} = {_literal(each.default)}"
+            else f"{_local(each.name)} = {_literal(each.default)}"
             for each in parameters
         )
         return (
@@ -138,7 +140,8 @@ class _Function:
             case ast.For(ast.Name(name), ast.Call(ast.Name("range"), limits), body, []):
                 start, stop = ("0", *(self.expression(each) for each in limits))[-2:]
                 self.local.add(name)
-                return f"for (var {name} = {start}; {name} < {stop}; {name}++) {self.block(body)}"
+                k = _local(name)
+                return f"for (var {k} = {start}; {k} < {stop}; {k}++) {self.block(body)}"
             case ast.While(test, body, []):
                 return f"while ({self.expression(test)}) {self.block(body)}"
             case ast.Return(value):
@@ -153,7 +156,7 @@ class _Function:
         match node:
             case ast.Name(name):
                 self.local.add(name)
-                return f"var {_safe(name)}"
+                return f"var {_local(name)}"
             case ast.Subscript():
                 return self.expression(node)
             case ast.Tuple(parts) if all(isinstance(each, ast.Subscript) for each in parts):
@@ -167,7 +170,7 @@ class _Function:
             case ast.Constant(value):
                 return _literal(value)
             case ast.Name(name):
-                return _safe(name) if name in self.local else self.constant(node, name)
+                return _local(name) if name in self.local else self.constant(node, name)
             case ast.BinOp(left, ast.FloorDiv(), right):
                 return f"Math.floor({self.expression(left)} / {self.expression(right)})"
             case ast.BinOp(left, op, right) if type(op) in _BINARY:
@@ -281,9 +284,12 @@ class _Function:
         return f"{{{', '.join(f'{name}: {value}' for name, value in pairs)}}}"
 
 
-def _safe(name: str) -> str:
-    """Return a name that is no word of JavaScript."""
-    return f"{name}_" if name in _RESERVED else name
+def _local(name: str) -> str:
+    """Return the name of a variable: no word of JavaScript, and no other name of the module.
+
+    Those end in no $, which Python does not have.
+    """
+    return f"{name}$"
 
 
 def _literal(value: Any) -> str:

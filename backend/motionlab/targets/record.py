@@ -143,8 +143,11 @@ class Recorder:
         if not recorded.outputs:
             if isinstance(recorded.result, Constant):
                 return recorded.result
-            if isinstance(recorded.result, Read) and recorded.result.variable.parameter:
-                return bound.arguments[recorded.result.variable.name]
+            match recorded.result:
+                case Read(Variable(parameter=True) as given, version=0):  # not assigned anew
+                    return bound.arguments[given.name]
+                case _:
+                    pass
             made = Call(recorded, arguments, recorded.kind)
             return value_like(made, recorded.result)
         frame = self._frames[-1]
