@@ -50,16 +50,21 @@ def opened(path: Path) -> BinaryIO:
     return os.fdopen(descriptor, "rb")
 
 
-def replace(path: Path, content: bytes, *, mode: int = 0o600) -> None:
+def replace(path: Path, content: bytes, *, mode: int | None = 0o600) -> None:
     """Write a file beside its place and move it there; makes its folder when it is missing.
+
+    Its permissions are `mode`; with None, and of its folder too, those that the umask leaves.
 
     Raises
     ------
     OSError
         If that cannot be done; what was there is untouched.
     """
-    private_folder(path.parent)
-    with _moved_to(path, mode) as part:
+    if mode is None:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    else:
+        private_folder(path.parent)
+    with _moved_to(path, _mode(path) if mode is None else mode) as part:
         part.write_bytes(content)
 
 
@@ -162,10 +167,12 @@ def check_target(path: str, *suffixes: str, loc: str = "--out") -> None:
     Raises
     ------
     ConfigError
-        If its name ends in none of `suffixes`, or its folder is missing or read-only.
+        If its name ends in none of `suffixes`, or its folder is missing or read-only. A single
+        one may be in capitals too.
     """
     target = Path(path)
-    if target.suffix not in suffixes:
+    suffix = target.suffix.lower() if len(suffixes) == 1 else target.suffix
+    if suffix not in suffixes:
         allowed = "names ending in " + " or ".join(suffixes)
         raise ConfigError(FieldError(loc, "unknown kind of file", path, allowed))
     folder = target.absolute().parent

@@ -103,6 +103,12 @@ def test_it_has_no_test_vectors(tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert not path.exists()
 
 
+def test_a_file_in_capitals_is_one_file(tmp_path: Path) -> None:
+    path = tmp_path / "CONTROLLER.FMU"
+    assert main(["export-controller", "circle", "-o", str(path)]) == 0
+    assert path.is_file()
+
+
 def test_a_step_is_a_whole_number_of_periods(written: Path) -> None:
     unit = Unit(written)
     with pytest.raises(FMICallException):

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import re
+import stat
 from pathlib import Path
 
 import pytest
@@ -173,6 +175,39 @@ def test_refusals(
     assert main(["export-controller", "circle", "-o", str(folder), *options]) == 2
     assert message.partition(" ")[0] in capsys.readouterr().err
     assert not folder.exists()
+
+
+@pytest.mark.parametrize(
+    ("mask", "folder_mode", "file_mode"), [(0o022, 0o755, 0o644), (7, 0o770, 0o660)]
+)
+def test_permissions_are_those_of_the_umask(
+    mask: int, folder_mode: int, file_mode: int, tmp_path: Path
+) -> None:
+    before = os.umask(mask)
+    try:
+        folder = exported(tmp_path / "above" / "new", "--seconds", "0.01")
+    finally:
+        os.umask(before)
+    assert stat.S_IMODE(folder.stat().st_mode) == folder_mode
+    assert stat.S_IMODE(folder.parent.stat().st_mode) == folder_mode
+    assert {stat.S_IMODE(each.stat().st_mode) for each in folder.iterdir()} == {file_mode}
+
+
+def test_the_command_that_checks_it_can_be_pasted(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = exported(tmp_path / "my $HOME; ls", "--seconds", "0.01")
+    assert f"make -C '{folder}' check" in capsys.readouterr().out
+
+
+def test_a_folder_in_the_place_of_a_file_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = exported(tmp_path / "new", "--seconds", "0.01")
+    (folder / "check.c").unlink()
+    (folder / "check.c").mkdir()
+    assert main(["export-controller", "circle", "-o", str(folder), "--seconds", "0.01"]) == 1
+    assert f"{folder / 'check.c'}: cannot be written: Is a directory" in capsys.readouterr().err
 
 
 def test_the_vectors_end_where_the_schedule_changes_the_controller(tmp_path: Path) -> None:

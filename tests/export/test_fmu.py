@@ -269,29 +269,40 @@ def test_another_motors_binary_is_refused(motor: Path) -> None:
     assert b"instantiation token" in said[0]
 
 
-@pytest.mark.parametrize(
-    ("compiler_asked", "said"),
-    [
-        ("", "sources only: there is no C compiler"),
-        ("false", "sources only: false failed: exit code 1"),
-    ],
-)
-def test_without_a_binary_it_says_why(
-    compiler_asked: str,
-    said: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+def test_without_a_compiler_it_says_that_there_is_no_binary(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setenv("CC", compiler_asked)
-    if not compiler_asked:
-        monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.setenv("CC", "")
+    monkeypatch.setenv("PATH", str(tmp_path))
     path = exported(tmp_path / "sources.fmu")
-    assert said in capsys.readouterr().out
+    assert "sources only: there is no C compiler" in capsys.readouterr().out
     with zipfile.ZipFile(path) as archive:
         names = archive.namelist()
     assert not any(name.startswith("binaries/") for name in names)
     assert {"modelDescription.xml", "sources/psrm_plant.c"} <= set(names)
+
+
+@pytest.mark.parametrize(
+    ("command", "reason"),
+    [
+        ("false", "false cannot compile the unit: exit code 1"),
+        ("no-such-compiler", "no-such-compiler cannot compile the unit: "),
+        ("gcc -DPSRM_FMI3_H", "error: "),
+    ],
+)
+def test_a_compiler_that_fails_is_an_error(
+    command: str,
+    reason: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    compiler("gcc")
+    monkeypatch.setenv("CC", command)
+    path = tmp_path / "motor.fmu"
+    assert main(["export-plant", "circle", "-o", str(path)]) == 1
+    assert reason in capsys.readouterr().err
+    assert not path.exists()
 
 
 @pytest.mark.parametrize(

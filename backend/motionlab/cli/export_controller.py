@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -65,13 +66,13 @@ def _export(options: argparse.Namespace) -> int:
     from motionlab.export.export import VECTOR_TIME, export_controller
 
     scenario = load_scenario(source(options), parse_assignments(options.assignments))
-    if options.out.endswith(".fmu"):
+    if options.out.lower().endswith(".fmu"):
         return _export_fmu(scenario, options)
     seconds = VECTOR_TIME if options.seconds is None else options.seconds
     done = export_controller(scenario, options.variant, Path(options.out), seconds=seconds)
     print(
         f"variant {options.variant} of {scenario.name}, test vectors of {done.seconds:g} s; "
-        f"to check: make -C {options.out} check"
+        f"to check: make -C {shlex.quote(options.out)} check"
     )
     return DONE
 

@@ -58,6 +58,8 @@ def export_controller_fmu(scenario: Scenario, variant: str, path: Path) -> UnitE
         If there is no such variant, the file cannot be, or the law cannot be recorded.
     Infeasible
         If the motor cannot follow the trajectory.
+    MotionLabError
+        If a compiler is there and fails.
     StoreError
         If the file cannot be written.
     """

@@ -96,13 +96,16 @@ def export_controller(
             files[path.name] = path.read_bytes()
         elif path.stem != TABLES_FILE or code.tables:
             files[path.stem] = Template(path.read_text("utf-8")).substitute(facts).encode()
+    path = folder
     try:
         for name, content in files.items():
-            replace(folder / name, content, mode=0o644)
+            path = folder / name
+            replace(path, content, mode=None)
         if not code.tables:  # of a former export
-            (folder / TABLES_FILE).unlink(missing_ok=True)
+            path = folder / TABLES_FILE
+            path.unlink(missing_ok=True)
     except OSError as error:
-        raise failure(f"{folder}: cannot be written", error) from error
+        raise failure(f"{path}: cannot be written", error) from error
     return Export(tuple(sorted(files)), facts["hash"], len(vectors))
 
 

@@ -19,6 +19,7 @@ from pathlib import Path
 from string import Template
 
 from motionlab.config.scenario import Scenario
+from motionlab.errors import MotionLabError
 from motionlab.export.model_description import Model, Variable, model_description
 from motionlab.export.sources import SOURCE, TABLES_FILE, scenario_facts
 from motionlab.files import failure, replace
@@ -52,7 +53,7 @@ class UnitExport:
     platform : str
         Folder of the binary, such as ``x86_64-linux``; empty without one.
     reason : str
-        Why there is no binary.
+        Why there is no binary: no compiler.
     """
 
     files: tuple[str, ...]
@@ -94,6 +95,8 @@ def export_unit(  # noqa: PLR0913 - what a unit is made of
 
     Raises
     ------
+    MotionLabError
+        If a compiler is there and fails.
     StoreError
         If the file cannot be written.
     """
@@ -115,7 +118,7 @@ def export_unit(  # noqa: PLR0913 - what a unit is made of
         files[f"binaries/{folder}/{model.identifier}.so"] = binary
     content = _zipped(files)
     try:
-        replace(path, content, mode=0o644)
+        replace(path, content, mode=None)
     except OSError as error:
         raise failure(f"{path}: cannot be written", error) from error
     return UnitExport(tuple(sorted(files)), len(content), folder, reason)
@@ -182,7 +185,13 @@ def _platform() -> str:
 
 
 def _compiled(files: Mapping[str, bytes]) -> tuple[bytes, str]:
-    """Return the shared library, or nothing and the reason for that."""
+    """Return the shared library; nothing, and the reason for that, where there is no compiler.
+
+    Raises
+    ------
+    MotionLabError
+        If the compiler fails.
+    """
     compiler = shlex.split(os.environ.get("CC", ""))
     command = compiler or next(([name] for name in COMPILERS if shutil.which(name)), [])
     if not command:
@@ -198,11 +207,16 @@ def _compiled(files: Mapping[str, bytes]) -> tuple[bytes, str]:
                 words, cwd=folder, capture_output=True, text=True, timeout=_TIMEOUT, check=False
             )
         except (OSError, subprocess.TimeoutExpired) as error:
-            return b"", f"{command[0]} failed: {error}"
+            raise _failed(command, str(error)) from None
         if done.returncode != 0:
-            messages = [*done.stderr.strip().splitlines(), f"exit code {done.returncode}"]
-            return b"", f"{command[0]} failed: {messages[0]}"
+            lines = [*done.stderr.strip().splitlines(), f"exit code {done.returncode}"]
+            raise _failed(command, next((each for each in lines if "error" in each), lines[0]))
         return (Path(folder) / "unit.so").read_bytes(), ""
+
+
+def _failed(command: list[str], reason: str) -> MotionLabError:
+    where = "CC in the environment names another compiler"
+    return MotionLabError(f"{shlex.join(command)} cannot compile the unit: {reason}; {where}")
 
 
 def _zipped(files: Mapping[str, bytes]) -> bytes:

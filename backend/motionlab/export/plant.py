@@ -39,6 +39,8 @@ def export_plant(scenario: Scenario, path: Path) -> UnitExport:
         If the motor has no phases, a force map is not there, or the file cannot be.
     Infeasible
         If the motor cannot follow the trajectory, at whose start it stands.
+    MotionLabError
+        If a compiler is there and fails.
     StoreError
         If the file cannot be written.
     """

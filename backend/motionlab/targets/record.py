@@ -144,8 +144,8 @@ class Recorder:
             if isinstance(recorded.result, Constant):
                 return recorded.result
             match recorded.result:
-                case Read(Variable(parameter=True) as given, version=0):  # not assigned anew
-                    return bound.arguments[given.name]
+                case Read(Variable(parameter=True) as variable, version=0):  # not assigned anew
+                    return bound.arguments[variable.name]
                 case _:
                     pass
             made = Call(recorded, arguments, recorded.kind)
