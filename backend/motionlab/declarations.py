@@ -2,14 +2,36 @@
 
 from __future__ import annotations
 
+import keyword
+import math
 import pkgutil
-from collections.abc import Iterable
-from dataclasses import dataclass
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, is_dataclass
 from importlib import import_module
 from typing import Any
 
+from motionlab.errors import FieldError, MotionLabError
+
 PAPER = "Huang et al., IEEE Access 2019"
 OURS = "this project's choice"
+
+NAME_MAX = 40
+"""Most characters of a name."""
+
+
+class DeclarationError(MotionLabError, TypeError):
+    """A law or a force-sharing function that cannot be used as it is declared.
+
+    Parameters
+    ----------
+    error : FieldError
+        File, field, value and what is allowed.
+    """
+
+    def __init__(self, error: FieldError) -> None:
+        self.error = error
+        super().__init__(str(error))
 
 
 @dataclass(frozen=True)
@@ -58,16 +80,22 @@ def declared_in(package: str, path: Iterable[str], variable: str) -> list[Any]:
 
     Raises
     ------
-    TypeError
-        If two have the same name.
+    DeclarationError
+        If one cannot be used as it is declared, or two have the same name.
     """
-    modules = [import_module(f"{package}.{each.name}") for each in pkgutil.iter_modules(path)]
-    owners = [getattr(module, variable) for module in modules if hasattr(module, variable)]
-    names = [each.name for each in owners]
-    for name in names:
-        if names.count(name) > 1:
-            raise TypeError(f"{name}: two files declare a {variable.lower()} of this name")
-    return owners
+    owners: dict[str, Any] = {}
+    for each in pkgutil.iter_modules(path):
+        module = import_module(f"{package}.{each.name}")
+        if not hasattr(module, variable):
+            continue
+        owner, place = getattr(module, variable), _file(module.__name__)
+        for loc, *rest in _wrong(owner, variable):
+            raise DeclarationError(FieldError(loc, *rest, place=place))
+        if owner.name in owners:
+            message = f"two files declare a {variable.lower()} of this name"
+            raise DeclarationError(FieldError(owner.name, message, place=place))
+        owners[owner.name] = owner
+    return list(owners.values())
 
 
 def parameters_of(owners: Iterable[Any], taken: frozenset[str]) -> dict[str, Parameter]:
@@ -75,14 +103,138 @@ def parameters_of(owners: Iterable[Any], taken: frozenset[str]) -> dict[str, Par
 
     Raises
     ------
-    TypeError
+    DeclarationError
         If a name is `taken`, or is declared otherwise by another.
     """
     shared: dict[str, Parameter] = {}
     for owner in owners:
         for each in owner.parameters:
             if each.name in taken:
-                raise TypeError(f"{owner.name}: a parameter may not be called {each.name}")
+                message = f"a parameter may not be called {each.name}"
+                raise DeclarationError(FieldError(owner.name, message))
             if shared.setdefault(each.name, each) != each:
-                raise TypeError(f"{owner.name}: {each.name} is declared otherwise by another")
+                message = f"{each.name} is declared otherwise by another"
+                raise DeclarationError(FieldError(owner.name, message))
     return shared
+
+
+# -- checks ---------------------------------------------------------------------------------------
+
+_Wrong = tuple[Any, ...]
+"""Field, message, value and what is allowed, as in `FieldError`."""
+
+
+def _file(module: str) -> str:
+    return module.replace(".", "/") + ".py"
+
+
+def _of_every_config(name: str) -> bool:
+    """Tell whether configs have an attribute of this name."""
+    from pydantic import BaseModel  # noqa: PLC0415 - imported on first use
+
+    return name.startswith("model_") or hasattr(BaseModel, name)
+
+
+def _wrong(owner: Any, variable: str) -> Iterator[_Wrong]:
+    """Yield what cannot be in the declaration of a law or a force-sharing function."""
+    if isinstance(owner, type) or not (is_dataclass(owner) and hasattr(owner, "parameters")):
+        yield variable, f"is no {variable.lower()}", owner
+        return
+    name: Any = owner.name
+    if not _is_name(name, r"[A-Za-z][A-Za-z0-9_-]*"):
+        allowed = f"a letter, then letters, digits, - and _; {NAME_MAX} characters"
+        yield f"{variable}.name", "is no name for configs and files", name, allowed
+        return
+    for text in ("label", "description", "source"):
+        if not isinstance(getattr(owner, text), str):
+            yield f"{name}.{text}", "is no text", getattr(owner, text)
+    if not isinstance(owner.parameters, tuple):
+        yield f"{name}.parameters", "is no tuple of Parameter", owner.parameters
+        return
+    for parameter in owner.parameters:
+        if not isinstance(parameter, Parameter):
+            yield f"{name}.parameters", "holds what is no Parameter", parameter
+            return
+        yield from _wrong_parameter(f"{name}.{parameter.name}", parameter)
+    if hasattr(owner, "Parameters"):
+        yield from _wrong_records(owner)
+
+
+def _is_name(name: Any, pattern: str) -> bool:
+    return isinstance(name, str) and len(name) <= NAME_MAX and bool(re.fullmatch(pattern, name))
+
+
+def _wrong_parameter(loc: str, each: Parameter) -> Iterator[_Wrong]:
+    if not _is_name(each.name, r"[A-Za-z][A-Za-z0-9_]*") or keyword.iskeyword(each.name):
+        allowed = f"a letter, then letters, digits and _, no word of Python; {NAME_MAX} characters"
+        yield loc, "is no name for a field", each.name, allowed
+        return
+    if _of_every_config(each.name):
+        yield loc, "has a name that every config uses for itself; name it otherwise"
+        return
+    for text in ("description", "unit", "shown", "source"):
+        if not isinstance(getattr(each, text), str):
+            yield f"{loc}.{text}", "is no text", getattr(each, text)
+    if each.choices:
+        if each.default not in each.choices:
+            yield f"{loc}.default", "is none of its choices", each.default, ", ".join(each.choices)
+        return
+    numbers = {name: getattr(each, name) for name in ("default", "ge", "gt", "le", "lt")}
+    for name, number in numbers.items():
+        if number is not None and not _is_number(number):
+            yield f"{loc}.{name}", "is no finite number", number
+            return
+    if (each.ge is None) == (each.gt is None):
+        yield loc, "needs a lower bound", None, "one of ge and gt"
+        return
+    if (each.le is None) == (each.lt is None):
+        yield loc, "needs an upper bound", None, "one of le and lt"
+        return
+    yield from _wrong_range(loc, each)
+
+
+def _wrong_range(loc: str, each: Parameter) -> Iterator[_Wrong]:
+    signs = {"ge": ">=", "gt": ">", "le": "<=", "lt": "<"}
+    ends = {sign: end for name, sign in signs.items() if (end := getattr(each, name)) is not None}
+    low, high = ends.values()
+    allowed = " and ".join(f"{sign} {end:g}" for sign, end in ends.items())
+    if not low < high:
+        yield loc, "has bounds between which no number is", allowed
+        return
+    default: Any = each.default
+    if _is_number(default) and not (low <= default <= high and default not in (each.gt, each.lt)):
+        yield f"{loc}.default", "is outside of its range", default, allowed, each.unit
+    if each.usual is None:
+        return
+    usual: Any = each.usual
+    if not isinstance(usual, tuple) or len(usual) != 2 or not all(map(_is_number, usual)):
+        yield f"{loc}.usual", "is no pair of finite numbers", str(usual)
+    elif not low <= usual[0] < usual[1] <= high:
+        yield f"{loc}.usual", "is no range within its bounds", str(usual), allowed, each.unit
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _wrong_records(owner: Any) -> Iterator[_Wrong]:
+    """Yield what cannot be in a law's records of lanes."""
+    for kind in ("Parameters", "State"):
+        record = getattr(owner, kind)
+        if not (
+            isinstance(record, type) and issubclass(record, tuple) and hasattr(record, "_fields")
+        ):
+            yield f"{owner.name}.{kind}", "is no NamedTuple class", record
+            return
+    if not callable(owner.step):
+        yield f"{owner.name}.step", "is no function", owner.step
+    if owner.lane is not None:
+        return
+    declared = {each.name: each for each in owner.parameters}
+    for name in owner.Parameters._fields:
+        loc = f"{owner.name}.{name}"
+        if name not in declared:
+            yield loc, "is in its Parameters, but not declared; declare it, or give a lane function"
+        elif not _is_number(declared[name].default):
+            message = "is no number that a lane can have; give a default, or a lane function"
+            yield f"{loc}.default", message, declared[name].default
