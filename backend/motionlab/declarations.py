@@ -7,7 +7,7 @@ import math
 import pkgutil
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, is_dataclass
+from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
@@ -137,7 +137,8 @@ def _of_every_config(name: str) -> bool:
 
 def _wrong(owner: Any, variable: str) -> Iterator[_Wrong]:
     """Yield what cannot be in the declaration of a law or a force-sharing function."""
-    if isinstance(owner, type) or not (is_dataclass(owner) and hasattr(owner, "parameters")):
+    fields = () if isinstance(owner, type) else getattr(owner, "__dataclass_fields__", ())
+    if "parameters" not in fields:
         yield variable, f"is no {variable.lower()}", owner
         return
     name: Any = owner.name

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, Literal
 
-from pydantic import Field, create_model
+from pydantic import Field, create_model, field_validator
 
 from motionlab.config.force_map import AnyForceMapConfig
 from motionlab.config.plant import FrictionConfig
@@ -129,6 +130,15 @@ class _AnyLaw(Config):
         default=True,
         description="Add the estimate to the command; off, the observer runs all the same",
     )
+
+    @field_validator("law")
+    @classmethod
+    def _is_made_of_lanes(cls, law: str) -> str:
+        # On use, and upwards: the room of recorded functions says best what lanes do not have.
+        recorded = import_module("motionlab.targets.record_law")
+        if reason := recorded.lane_error(LAWS[law]):
+            raise ValueError(f"is not made of lanes: {reason}")
+        return law
 
     def values(self) -> dict[str, Any]:
         """Return the parameters of all laws, by name."""

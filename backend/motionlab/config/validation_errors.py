@@ -189,7 +189,8 @@ def _field_error(item: dict[str, Any], model: type[BaseModel]) -> FieldError:
             range="one of " + ", ".join(siblings),
         )
     message, allowed = in_words(item)
-    allowed = choices_of(info) or allowed
+    if kind != "value_error":  # else it is one of the choices, and refused for another reason
+        allowed = choices_of(info) or allowed
     if kind == "union":
         kinds = [words for member, words in _WORDS.items() if member in item["members"]]
         message = f"must be {', '.join(kinds[:-1])} or {kinds[-1]}"

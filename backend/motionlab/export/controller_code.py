@@ -14,7 +14,7 @@ from motionlab.export.controller_step import (
     step_of,
     with_law,
 )
-from motionlab.export.recording import BANK, call_by_axis, entries_by_axis, fixed_place, zeros
+from motionlab.export.recording import BANK, call_by_axis, entries_by_axis, fixed_place
 from motionlab.export.sources import interface_names
 from motionlab.export.tables import Tables
 from motionlab.force_sharing.functions import CLOSED_FORM, FUNCTIONS, function_of
@@ -32,6 +32,7 @@ from motionlab.targets.c_program import Program
 from motionlab.targets.c_values import initial_values
 from motionlab.targets.c_words import safe
 from motionlab.targets.record import Recorder
+from motionlab.targets.record_arguments import zeros
 from motionlab.targets.record_values import Constant
 
 _ARGUMENTS = {

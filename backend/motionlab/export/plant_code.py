@@ -16,7 +16,7 @@ from motionlab.export.plant_step import (
     sample_axis,
     step_axis,
 )
-from motionlab.export.recording import BANK, call_by_axis, entries_by_axis, fixed_place, zeros
+from motionlab.export.recording import BANK, call_by_axis, entries_by_axis, fixed_place
 from motionlab.export.tables import Tables
 from motionlab.kernel.force_maps import map_lanes
 from motionlab.kernel.layout import PlantState
@@ -26,6 +26,7 @@ from motionlab.targets.c_expression import INDENT
 from motionlab.targets.c_program import Program
 from motionlab.targets.c_values import initial_values
 from motionlab.targets.record import Recorder
+from motionlab.targets.record_arguments import zeros
 from motionlab.targets.record_statements import RecordedFunction
 
 _ARGUMENTS = {

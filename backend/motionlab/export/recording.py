@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any, get_type_hints
 
 from motionlab.targets.c_expression import INDENT
 from motionlab.targets.c_program import Program
@@ -19,12 +18,6 @@ def fixed_place(first: float) -> Constant:
     if first < 0.0:
         return Constant(-1.0, structural=True)
     return Constant(1.0, structural=True, kept=True)
-
-
-def zeros(kind: Any) -> Any:
-    """Return a NamedTuple of a class with zeros in it, to record a function with."""
-    hints = get_type_hints(kind).values()
-    return kind(*(zeros(each) if hasattr(each, "_fields") else 0.0 for each in hints))
 
 
 def entries_by_axis(functions: Mapping[str, RecordedFunction]) -> dict[str, RecordedFunction]:

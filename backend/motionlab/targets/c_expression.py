@@ -17,6 +17,7 @@ from motionlab.targets.record_values import (
     Member,
     Operation,
     Read,
+    RecordError,
     Variable,
 )
 
@@ -225,6 +226,8 @@ def number(value: float) -> str:
     """Return a number as C has it."""
     if isinstance(value, bool):
         return str(value).lower()
+    if math.isnan(value):
+        raise RecordError("a constant is no number: NaN")
     if math.isinf(value):
         return UNBOUNDED if value > 0.0 else f"-{UNBOUNDED}"
     return repr(float(value))

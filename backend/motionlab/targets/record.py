@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from types import FunctionType
 from typing import Any
 
@@ -44,7 +44,11 @@ from motionlab.targets.record_values import (
     RecordError,
     Structure,
     Variable,
+    value_of,
 )
+
+TURNS_MAX = 10_000
+"""Most turns of loops in a recording, but for those whose turns are all alike."""
 
 
 class _Several(tuple[Any, ...]):
@@ -93,9 +97,12 @@ class Recorder:
     ----------
     replaced : mapping of callable to callable, optional
         Functions, and others that are recorded in their place.
+    squares : bool
+        Whether ``x**2`` is recorded as a product; compiled lanes have no powers at all.
     """
 
-    def __init__(self, replaced: Mapping[Any, Any] | None = None) -> None:
+    def __init__(self, replaced: Mapping[Any, Any] | None = None, *, squares: bool = True) -> None:
+        self._squares, self._turns = squares, 0
         self._replaced = {plain(one): plain(other) for one, other in (replaced or {}).items()}
         self.functions: dict[Any, RecordedFunction] = {}
         self._frames: list[_Frame] = []
@@ -112,7 +119,11 @@ class Recorder:
         key = (written, tuple(signature_of(each) for each in arguments.values()))
         if key in self.functions:
             return self.functions[key]
-        source = source_of(written)
+        try:
+            source = source_of(written)
+        except RecordError as error:
+            where = f"{written.__name__} in {written.__module__}"
+            raise LocatedError(f"{where}: {error}") from error
         recorded = RecordedFunction(source)
         values = {name: parameter_of(recorded, name, value) for name, value in arguments.items()}
         self._frames.append(_Frame(recorded))
@@ -120,7 +131,9 @@ class Recorder:
         try:
             exec(source.code, names)  # the function's own source, with hooks
             names[source.name](**values)
-        except (RecordError, TypeError, AttributeError) as error:  # what lanes do not have
+        except RecursionError:
+            raise LocatedError(f"{source.name} in {source.module}: calls itself") from None
+        except Exception as error:  # what lanes do not have, or what the function's author missed
             if isinstance(error, LocatedError):
                 raise
             raise LocatedError(f"{source.name} in {source.module}: {error}") from error
@@ -165,6 +178,22 @@ class Recorder:
         return value_like(read, like)
 
     # -- what the copy of a function calls --
+
+    def turns(self, values: Iterable[Any], line: int) -> Iterator[Any]:
+        """Yield what a loop goes through, each turn of which is recorded."""
+        for value in values:
+            self._turns += 1
+            if self._turns > TURNS_MAX:
+                reason = f"loops turn more than {TURNS_MAX} times; for _ in range(n) is one loop"
+                raise RecordError(f"line {line}: {reason}")
+            yield value
+
+    def power(self, base: Any, exponent: Any) -> Any:
+        """Return a power: of numbers, or a square."""
+        of_lanes = any(isinstance(e, Expression) and value_of(e) is None for e in (base, exponent))
+        if of_lanes and not self._squares:
+            raise RecordError("lanes have no powers, not even squares: write a product")
+        return base**exponent
 
     def name(self, pattern: Any, value: Any, line: int) -> Any:
         """Record an assignment to one name or several, and return what they stand for."""

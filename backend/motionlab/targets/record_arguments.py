@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, get_type_hints
 
 from motionlab import lanes
 from motionlab.targets.record_statements import RecordedFunction
@@ -25,6 +25,7 @@ from motionlab.targets.record_values import (
     Library,
     Member,
     Read,
+    RecordError,
     Variable,
     value_of,
 )
@@ -39,6 +40,12 @@ def value_like(expression: Expression, like: Any) -> Any:
         four._expression = expression
         return four
     return expression
+
+
+def zeros(kind: Any) -> Any:
+    """Return a NamedTuple of a class with zeros in it, to record a function with."""
+    hints = get_type_hints(kind).values()
+    return kind(*(zeros(each) if hasattr(each, "_fields") else 0.0 for each in hints))
 
 
 class FourValues(tuple[Any, ...]):
@@ -87,7 +94,12 @@ def _library(name: str) -> Callable[[Any], Expression]:
     return lambda x: Library(name, (expression_of(x),))
 
 
-MATHS = SimpleNamespace(
+class _Maths(SimpleNamespace):
+    def __getattr__(self, name: str) -> Any:
+        raise RecordError(f"math.{name}: of math lanes have {', '.join(vars(self))}")
+
+
+MATHS = _Maths(
     **{name: _library(name) for name in ("exp", "sqrt", "sin", "cos")}, pi=math.pi, inf=math.inf
 )
 """What stands for Python's module of functions."""

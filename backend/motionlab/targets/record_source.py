@@ -4,7 +4,9 @@ Python runs the copy, so that it may use whatever a lane function may. In it
 
 * ``x = value`` reads ``x = __record__.name("x", value, line)``, also for several names;
 * ``return value`` reads ``return __record__.returned(value, names, line)``;
-* ``for _ in range(n)`` runs its block once, between two calls that tell where it begins and ends.
+* ``for _ in range(n)`` runs its block once, between two calls that tell where it begins and ends;
+* ``for x in values`` reads ``for x in __record__.turns(values, line)``, which ends some time;
+* ``a ** b`` reads ``__record__.power(a, b)``.
 """
 
 from __future__ import annotations
@@ -20,6 +22,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from types import CodeType
 from typing import Any
+
+from motionlab.targets.record_values import RecordError
 
 HOOK = "__record__"
 """Name of the recorder in the copy."""
@@ -161,7 +165,34 @@ def _rewrite(definition: ast.FunctionDef) -> None:
     for parameter in parameters:
         parameter.annotation = None
     definition.returns = None
+    for statement in ast.walk(definition):
+        _check(statement)
     definition.body = _block(definition.body, {parameter.arg for parameter in parameters})
+    _Powers().visit(definition)
+
+
+def _check(node: ast.AST) -> None:
+    """Refuse a statement that lanes do not have, whatever it is about."""
+    match node:
+        case ast.While():
+            what = "while: a loop has a number of turns that is known, for _ in range(n)"
+        case ast.Expr(value=ast.Call() as call):
+            what = f"{ast.unparse(call)[:60]}: a call without use of its result"
+        case ast.Try() | ast.With() | ast.Raise() | ast.Global() | ast.Nonlocal() | ast.Delete():
+            what = f"{type(node).__name__.lower()}: lanes do not have it"
+        case _:
+            return
+    raise RecordError(f"line {node.lineno}: {what}")
+
+
+class _Powers(ast.NodeTransformer):
+    """Has the recorder compute powers."""
+
+    def visit_BinOp(self, node: ast.BinOp) -> ast.expr:
+        self.generic_visit(node)
+        if not isinstance(node.op, ast.Pow):
+            return node
+        return ast.copy_location(_hook("power", node.left, node.right), node)
 
 
 def _block(body: Iterable[ast.stmt], known: set[str]) -> list[ast.stmt]:
@@ -183,6 +214,9 @@ def _block(body: Iterable[ast.stmt], known: set[str]) -> list[ast.stmt]:
             case ast.For() if _is_counted(statement):
                 rewritten += _loop(statement, known)
             case ast.If() | ast.For():
+                if isinstance(statement, ast.For):
+                    line = ast.Constant(statement.lineno)
+                    statement.iter = _hook("turns", statement.iter, line)
                 statement.body = _block(statement.body, known)
                 statement.orelse = _block(statement.orelse, known)
                 rewritten.append(statement)

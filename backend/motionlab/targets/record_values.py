@@ -92,7 +92,10 @@ class Expression:
     def _known(self, what: str) -> Any:
         known = value_of(self)
         if known is None:
-            raise RecordError(f"lanes are used as {what}, which differs from lane to lane: select")
+            select = "select" if what != "true or false" else "select, and & | ~ of comparisons"
+            raise RecordError(
+                f"lanes are used as {what}, which differs from lane to lane: {select}"
+            )
         return known
 
 
