@@ -55,7 +55,7 @@ def test_play_says_what_it_runs_and_the_headline_what_it_shows(page: Page) -> No
     expect(region(page, "Result")).not_to_contain_text("preview")
     set_field(page, "B k_p x, N/mm", "619.5")
     set_field(page, "B k_p y, N/mm", "1500")
-    expect(region(page, "Result")).to_contain_text("preview of 2 staged changes")
+    expect(region(page, "Result")).to_contain_text("with 2 staged changes")
     expect(region(page, "Changes")).to_contain_text("Staged")
     scenario = region(page, "Scenario")
     expect(scenario.get_by_role("button", name="Play as it was")).to_be_visible()

@@ -35,7 +35,7 @@ def test_the_causes_are_shown_and_the_change_is_staged(page: Page) -> None:
     expect(rows.first).to_contain_text("Stribeck effect")
     sheet.get_by_role("button", name="Stage this change").click()
     expect(sheet).to_be_hidden()
-    expect(region(page, "Result")).to_contain_text("preview of", timeout=LONG)
+    expect(region(page, "Result")).to_contain_text("staged change", timeout=LONG)
     after = re.match(r"B ([\d.]+) µm", changed(matched))
     assert after
     assert float(after[1]) < float(peak[1])

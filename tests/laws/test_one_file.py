@@ -65,6 +65,11 @@ def test_it_is_listed_with_its_parameters(environment: dict[str, str]) -> None:
     assert [each["path"] for each in relay["parameters"]] == ["level", "zone"]
 
 
+def test_it_is_the_one_that_the_documentation_shows() -> None:
+    page = (ROOT / "docs" / "compensation.md").read_text()
+    assert f"```python\n{(LAWS / 'relay.py').read_text()}```\n" in page
+
+
 def test_it_is_simulated_linearised_in_the_module_of_the_page_and_in_an_fmu(
     environment: dict[str, str],
 ) -> None:

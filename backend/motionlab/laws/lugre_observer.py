@@ -62,7 +62,7 @@ def step_observer(model: LuGre, z_limit: Lanes, z: Lanes, v: Lanes, K: Lanes) ->
     """
     T_s = CONTROL_PERIOD
     x = bristle_decay(model, v) * T_s
-    e, phi_1 = decay(x, 1.0 / x)
+    e, phi_1 = decay(x, 1.0 / select(x > 0.0, x, 1.0))  # at rest nothing divides by zero
     z_new = clip(z * e + T_s * (v + K) * phi_1, -z_limit, z_limit)
     z_rate = (z_new - z) * (1.0 / T_s)
     force = model.sigma_0 * z_new + model.sigma_1 * z_rate + model.sigma_2 * v

@@ -90,7 +90,7 @@ def _comments(text: str, first: int) -> dict[int, str]:
     return {
         token.start[0] + first - 1: token.string.lstrip("#").strip()
         for token in tokens
-        if token.type == tokenize.COMMENT and not token.string.startswith(("# noqa", "# type:"))
+        if token.type == tokenize.COMMENT and not token.string.startswith(("# noqa", "# type:", "# pyright:"))
     }
 
 

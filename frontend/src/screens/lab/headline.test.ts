@@ -82,6 +82,10 @@ describe('what A and B are', () => {
       /twice: from 90 s on A with friction compensation switched off, B with friction compensation \(.+\)\.$/,
     );
     expect(sentence(scenario(off, off, 0, [changed]), ['A', 'B'])).toContain('twice: A and B have');
+    const stiff = controller('lugre-observer', 2, false);
+    expect(sentence(scenario(off, stiff, 0, [later]), ['A', 'B'])).toMatch(
+      /twice: A and B differ in k_p x; from 90 s on A with .+; they differ in k_p x too\.$/,
+    );
   });
 });
 

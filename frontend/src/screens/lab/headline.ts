@@ -144,20 +144,27 @@ export function inTheEnd(scenario: Scenario): { scenario: Scenario; since: numbe
 
 const CONTROLLER = /^variants\.[A-Z]\.controller\./;
 
-/** Says in a sentence what the variants shown are in the end, from what they really differ in. */
+/** Says in a sentence what the variants shown are, and in the end, from what they really differ in. */
 export function sentence(begun: Scenario, shown: readonly string[]): string {
   const { scenario, since } = inTheEnd(begun);
   const [a, b] = shown;
-  const noise = noisy(scenario) ? ', with the same noise' : '';
-  const then = since === null ? '' : `from ${Number(since.toPrecision(6))} s on `;
   if (a === undefined) return '';
-  if (b === undefined) return `One motor: ${then}${a} ${lawOf(scenario, a)}.`;
+  const later = since === null ? '' : `from ${Number(since.toPrecision(6))} s on `;
+  if (b === undefined) return `One motor: ${later}${a} ${lawOf(scenario, a)}.`;
+  const noise = noisy(scenario) ? ', with the same noise' : '';
+  const [first, end] = [begun, scenario].map((each) => differing(each, a, b));
+  const then = first === '' || since === null ? '' : `${first}; `;
+  const same = `${a} and ${b} have the same controller`;
+  return `The same motor and motion twice${noise}: ${then}${later}${end || same}.`;
+}
+
+/** What two variants differ in; empty where they have the same controller. */
+function differing(scenario: Scenario, a: string, b: string): string {
   const [first, second] = [a, b].map((name) => scenario.variants[name]?.controller ?? {});
   const paths = difference(first ?? {}, second ?? {})
     .map(({ path }) => path)
     .filter((path) => !['name', 'title', 'description'].includes(path));
-  const start = `The same motor and motion twice${noise}`;
-  if (paths.length === 0) return `${start}: ${then}${a} and ${b} have the same controller.`;
+  if (paths.length === 0) return '';
   const laws = [a, b].map((name) => lawOf(scenario, name));
   const others = paths.filter((path) => !/^compensation\.(law|enabled)$/.test(path));
   const names = [
@@ -166,9 +173,9 @@ export function sentence(begun: Scenario, shown: readonly string[]): string {
   const more = names.length - NAMED;
   const listed = names.slice(0, more === 1 ? NAMED + 1 : NAMED).join(', ');
   const list = more > 1 ? `${listed} and ${more} more` : listed;
-  if (laws[0] === laws[1]) return `${start}: ${then}${a} and ${b} differ in ${list}.`;
+  if (laws[0] === laws[1]) return `${a} and ${b} differ in ${list}`;
   const also = list === '' ? '' : `; they differ in ${list} too`;
-  return `${start}: ${then}${a} ${laws[0]}, ${b} ${laws[1]}${also}.`;
+  return `${a} ${laws[0]}, ${b} ${laws[1]}${also}`;
 }
 
 /** `time` is what has been recorded of the motion, s: nothing on the way to its start. */
