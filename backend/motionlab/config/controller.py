@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from importlib import import_module
 from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import Field, create_model, field_validator
@@ -134,9 +133,9 @@ class _AnyLaw(Config):
     @field_validator("law")
     @classmethod
     def _is_made_of_lanes(cls, law: str) -> str:
-        # On use, and upwards: the room of recorded functions says best what lanes do not have.
-        recorded = import_module("motionlab.targets.record_law")
-        if reason := recorded.lane_error(LAWS[law]):
+        from motionlab.targets.record_law import lane_error  # noqa: PLC0415 - see pyproject.toml
+
+        if reason := lane_error(LAWS[law]):
             raise ValueError(f"is not made of lanes: {reason}")
         return law
 
