@@ -84,13 +84,16 @@ def source_of(function: Callable[..., Any]) -> FunctionSource:
     )
 
 
+_FOR_TOOLS = "# noqa", "# type:", "# pyright:"
+
+
 def _comments(text: str, first: int) -> dict[int, str]:
     """Return the comments of a text by line, where `first` is the number of its first one."""
     tokens = tokenize.generate_tokens(io.StringIO(text).readline)
     return {
         token.start[0] + first - 1: token.string.lstrip("#").strip()
         for token in tokens
-        if token.type == tokenize.COMMENT and not token.string.startswith(("# noqa", "# type:", "# pyright:"))
+        if token.type == tokenize.COMMENT and not token.string.startswith(_FOR_TOOLS)
     }
 
 
