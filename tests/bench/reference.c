@@ -41,7 +41,7 @@ struct parameters {
     struct lugre model_friction;
     struct force_map model_map;
     struct table model_table;
-    struct { double law, overlap, inverse, shares, current_limit; } sharing;
+    struct { double law, inverse, shares, current_limit, overlap; } sharing;
     struct { double error; } limits;
 };
 

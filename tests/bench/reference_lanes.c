@@ -46,7 +46,7 @@ struct parameters {
     struct lugre model_friction;
     struct force_map model_map;
     struct table model_table;
-    struct { lanes law, overlap, inverse, shares, current_limit; } sharing;
+    struct { lanes law, inverse, shares, current_limit, overlap; } sharing;
     struct { lanes error; } limits;
 };
 

@@ -42,9 +42,9 @@ _STATES = (
     *STATES[:_BEFORE],
     "z",
     "residual",
-    *(name for name in STATES[_BEFORE:] if not name.startswith("law.")),
+    *(name for name in STATES[_BEFORE:] if not name.startswith("law")),
 )
-_KEPT = [row for row, name in enumerate(STATES) if not name.startswith("law.")]
+_KEPT = [row for row, name in enumerate(STATES) if not name.startswith("law")]
 _KEPT_HERE = [_STATES.index(STATES[row]) for row in _KEPT]
 
 
