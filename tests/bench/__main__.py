@@ -102,7 +102,11 @@ def main() -> int:
     wanted = options.names or everything
     arch = "haswell" if avx2 else "native"
     # Else the first server of a run would compile them while it is measured.
-    subprocess.run([sys.executable, "-m", "motionlab.simulation.precompile"], check=True)
+    subprocess.run(
+        [sys.executable, "-m", "motionlab.simulation.precompile"],
+        stdout=subprocess.DEVNULL,
+        check=True,
+    )
     print(description())
     table = Table()
     for name, kernel in _KERNEL.items():

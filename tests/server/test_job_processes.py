@@ -188,12 +188,12 @@ def test_health_tells_how_much_is_compiled(
     monkeypatch.setattr(fork_client, "_COMMAND", (sys.executable, "-c", _LUKEWARM))
     server = make_server(Settings())
     with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
-        until(lambda: client.get(f"{API}/health").json()["compiled"] > 0.0)
+        until(lambda: client.get(f"{API}/health").json()["compiled_share"] > 0.0)
         health = client.get(f"{API}/health").json()
-        assert (health["compiling"], health["compiled"]) == (True, 0.4)
+        assert (health["compiling"], health["compiled_share"]) == (True, 0.4)
         (data / "batches").touch()
         health = client.get(f"{API}/health").json()
-        assert (health["compiling"], health["compiled"]) == (False, 1.0)
+        assert (health["compiling"], health["compiled_share"]) == (False, 1.0)
 
 
 def test_a_job_that_waits_for_kernels_lets_others_pass(

@@ -27,7 +27,13 @@ def test_health(client: httpx.Client) -> None:
     health = client.get(f"{API}/health").json()
     documented = health.pop("help")
     assert documented == (client.get("/help/").status_code == 200)
-    expected = {"status": "ok", "login": False, "drive": False, "compiling": False, "compiled": 1.0}
+    expected = {
+        "status": "ok",
+        "login": False,
+        "drive": False,
+        "compiling": False,
+        "compiled_share": 1.0,
+    }
     assert health == expected | {"version": __version__}
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from motionlab.simulation import precompile
-from motionlab.simulation.precompile import LAST_OF_KERNEL, Step
+from motionlab.simulation.precompile import Step
 
 
 def test_each_step_is_reported_when_it_is_done() -> None:
@@ -30,8 +30,3 @@ def test_without_numba_there_is_nothing_to_compile(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr("numba.config.DISABLE_JIT", True)
     precompile.first_use(lambda _: pytest.fail("a step was taken"))
     assert precompile.batches_compiled()
-
-
-def test_the_kernel_of_single_runs_comes_first() -> None:
-    names = [step.name for step in (precompile._KERNEL, precompile._TABLES)]
-    assert names[-1] == LAST_OF_KERNEL

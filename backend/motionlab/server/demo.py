@@ -194,7 +194,7 @@ def _answers() -> dict[str, Any]:
             "drive": None,
             "help": False,
             "compiling": False,
-            "compiled": 1.0,
+            "compiled_share": 1.0,
         },
         "/gain-sets": [],
         "/layouts": [],

@@ -48,7 +48,7 @@ export class Store {
   readonly kernel = new PageKernel(
     new LaneChanges(() => this.catalogue.resolved),
     undefined,
-    demo === null ? PATIENCE : Number.POSITIVE_INFINITY, // nobody else computes in a demo
+    demo === null ? PATIENCE : Number.POSITIVE_INFINITY, // a demo has no server to compute instead
   );
   readonly whatif = new WhatIf(
     this.api,
@@ -70,7 +70,7 @@ export class Store {
   /** Whether the server compiles what simulations need, once on its machine. */
   compiling = $state(false);
   /** Share of what the server compiles that is compiled, 0 to 1. */
-  compiled = $state(1);
+  compiledShare = $state(1);
   private moving = false;
 
   /** What the controls show. */
@@ -124,12 +124,12 @@ export class Store {
 
   /** Asks what the server is. */
   private async meet(): Promise<void> {
-    const { login, drive, help, compiling, compiled } = await this.api.health();
+    const { login, drive, help, compiling, compiled_share } = await this.api.health();
     screen.documented = help;
     this.token.required = login;
     this.drive.start(drive);
     this.compiling = compiling;
-    this.compiled = compiled;
+    this.compiledShare = compiled_share;
     if (compiling) void this.watchCompilation();
   }
 
@@ -139,7 +139,7 @@ export class Store {
       await new Promise((resolve) => setTimeout(resolve, COMPILATION));
       const health = await this.api.health().catch(() => null);
       this.compiling = health?.compiling ?? true;
-      this.compiled = health?.compiled ?? this.compiled;
+      this.compiledShare = health?.compiled_share ?? this.compiledShare;
     }
   }
 

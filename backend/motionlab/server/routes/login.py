@@ -34,7 +34,7 @@ class Health(BaseModel):
     compiling: bool = Field(
         description="Whether simulations wait until they are compiled, once on a machine"
     )
-    compiled: float = Field(description="Share of that which is compiled, 0 to 1")
+    compiled_share: float = Field(description="Share of that which is compiled, 0 to 1")
 
 
 class LoginRequest(BaseModel):
@@ -57,7 +57,7 @@ async def get_health(request: Request) -> Health:
         drive=settings.drive is not None,
         help=request.app.state.documented,
         compiling=compiling,
-        compiled=workers.forks.warmth if compiling else 1.0,
+        compiled_share=workers.forks.warmth if compiling else 1.0,
     )
 
 

@@ -6838,10 +6838,10 @@ export interface components {
              */
             compiling: boolean;
             /**
-             * Compiled
+             * Compiled Share
              * @description Share of that which is compiled, 0 to 1
              */
-            compiled: number;
+            compiled_share: number;
         };
         /**
          * Histogram
