@@ -54,7 +54,7 @@ VENV_RUNS := $(shell $(PY) -c 'print(1)' 2>/dev/null)
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup run demo kernels test browser lint bench lowest lock schema types docs FORCE
+.PHONY: help setup run demo kernels test browser lint bench lowest lock schema types results docs FORCE
 
 help: ## Show the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' Makefile
@@ -115,6 +115,9 @@ lowest: $(LOWEST_STAMP) ## Test the core on the lowest versions that pyproject.t
 
 schema: $(SETUP_STAMP) ## Write configs/*.schema.json from the config models
 	@$(PY) -m motionlab.config.schema
+
+results: $(SETUP_STAMP) ## Compute the results that the screens open with, minutes; KINDS="tune sweep" for some
+	@$(PY) -m motionlab.server.shipped $(KINDS)
 
 docs: $(HELP) ## Build the documentation in build/help, which the lab serves at /help
 

@@ -6,6 +6,8 @@ import type { Scenario } from './src/app/api/types';
 export const MODEL: string;
 /** Names of the rows. */
 export const PARAMETERS: readonly string[];
+/** Laws that it has, by name: one of one's own is the server's alone. */
+export const LAWS: Readonly<Record<string, unknown>>;
 export const STATES: readonly string[];
 export const CLOSED_FORM: number;
 export const PLANT_STEP: number;

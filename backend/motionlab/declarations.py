@@ -45,7 +45,7 @@ class Parameter:
     description : str
         What the number is.
     unit : str
-        SI unit; ``1`` for a pure number.
+        SI unit; ``1`` for a pure number, and nothing for a choice.
     default : float, str or None
         None: its owner decides.
     ge, gt, le, lt : float, optional
@@ -62,7 +62,7 @@ class Parameter:
 
     name: str
     description: str
-    unit: str = "1"
+    unit: str = ""
     default: float | str | None = None
     ge: float | None = None
     gt: float | None = None
@@ -89,13 +89,24 @@ def declared_in(package: str, path: Iterable[str], variable: str) -> list[Any]:
         if not hasattr(module, variable):
             continue
         owner, place = getattr(module, variable), _file(module.__name__)
-        for loc, *rest in _wrong(owner, variable):
-            raise DeclarationError(FieldError(loc, *rest, place=place))
+        check_owner(owner, variable, place)
         if owner.name in owners:
             message = f"two files declare a {variable.lower()} of this name"
             raise DeclarationError(FieldError(owner.name, message, place=place))
         owners[owner.name] = owner
     return list(owners.values())
+
+
+def check_owner(owner: Any, variable: str, place: str) -> None:
+    """Check what a file declares in a variable.
+
+    Raises
+    ------
+    DeclarationError
+        If it cannot be used as it is declared.
+    """
+    for loc, *rest in _wrong(owner, variable):
+        raise DeclarationError(FieldError(loc, *rest, place=place))
 
 
 def parameters_of(owners: Iterable[Any], taken: frozenset[str]) -> dict[str, Parameter]:
@@ -195,6 +206,8 @@ def _wrong_parameter(loc: str, each: Parameter) -> Iterator[_Wrong]:
 
 
 def _wrong_range(loc: str, each: Parameter) -> Iterator[_Wrong]:
+    if not each.unit:
+        yield f"{loc}.unit", "is missing", None, "an SI unit, or 1 for a pure number"
     signs = {"ge": ">=", "gt": ">", "le": "<=", "lt": "<"}
     ends = {sign: end for name, sign in signs.items() if (end := getattr(each, name)) is not None}
     low, high = ends.values()

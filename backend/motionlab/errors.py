@@ -7,7 +7,7 @@ import itertools
 import json
 import reprlib
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 DONE, FAILED, BAD_INPUT = 0, 1, 2
@@ -149,6 +149,10 @@ class FieldError:
                 if end in self.bounds
             )
             object.__setattr__(self, "range", " and ".join(ends))
+
+    def at(self, place: str) -> FieldError:
+        """Return it with a file, where it names none."""
+        return self if self.place else replace(self, place=place)
 
     def __str__(self) -> str:
         """Return one line that names file, field, value, range and unit."""

@@ -141,6 +141,14 @@ def test_noise_alone_has_no_peak() -> None:
             assert peaks(found)[0] == []
 
 
+@pytest.mark.parametrize("window", ["hann", "blackman-harris", "flat-top"])
+def test_a_motion_slower_than_a_bin_is_no_line(window: Window) -> None:
+    slow = 1e-5 * np.sin(2 * np.pi * 0.333 * PERIOD * np.arange(12000)) + 1e-9 * noise(12000)
+    density = spectrum(slow, period=PERIOD, window=window, averages=8)
+    assert density.resolution > 2 * 0.333
+    assert not any(peak.narrow for peak in peaks(density)[0])
+
+
 def test_what_does_not_move_has_a_spectrum_of_nothing() -> None:
     found = spectrum(np.full(500, 2.0), period=PERIOD, window="hann", averages=1)
     assert not found.density.any()

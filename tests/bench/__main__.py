@@ -23,6 +23,7 @@ from tests.bench.gym import gym
 from tests.bench.hold import hold
 from tests.bench.identify import identify
 from tests.bench.instrument import instrument
+from tests.bench.laws import laws
 from tests.bench.machine import AVX2_ENVIRONMENT, description, load
 from tests.bench.maps import maps
 from tests.bench.measured import measured
@@ -55,6 +56,7 @@ _KERNEL: dict[str, Callable[[str], Iterator[Row]]] = {
     "controllers": lambda _: controllers(),
     "maps": lambda _: maps(),
     "plates": lambda _: plates(),
+    "laws": lambda _: laws(),
     "instrument": lambda _: instrument(),
     "trajectories": lambda _: trajectories(),
     "cluster": lambda _: on_cluster(),

@@ -50,9 +50,11 @@ _KEYS = ("+" * 7 + ",,..--+,,,+..-" + "-" * 6) * 4
 _KILLS, _LOST = 50, 1.0  # s
 _CHANNELS = 24
 _HOWS: dict[str, Comparing] = {
-    "by time": Comparing(),
-    "by time, 5 ms of tolerance": Comparing(tolerance=Tolerance(absolute=1e-6, time=0.005)),
-    "by reference": Comparing(align="reference"),
+    "by time": Comparing(exact=True),
+    "by time, 5 ms of tolerance": Comparing(
+        exact=True, tolerance=Tolerance(absolute=1e-6, time=0.005)
+    ),
+    "by reference": Comparing(exact=True, align="reference"),
 }
 _WATCH = Path(__file__).with_name("watch.js")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -27,12 +28,15 @@ def test_a_run_against_its_file(
     assert main(["run", "circle", *QUICK, "--out", csv]) == 0
     capsys.readouterr()
     assert main(["compare", kept.id, csv]) == 0
+    assert "identical on 8 of 8" in capsys.readouterr().out
+    exact = ["compare", kept.id, csv, "--exact"]
+    assert main(exact) == 0
     out = capsys.readouterr().out
-    assert "108 of 108 channels hold" in out
+    assert "identical on 108 of 108" in out
     assert f"{kept.ticks} instants from 0.0000 s" in out
     assert "108 channels are equal; --all lists them" in out
     assert "within" not in out
-    assert main(["compare", kept.id, csv, "--all"]) == 0
+    assert main([*exact, "--all"]) == 0
     assert capsys.readouterr().out.count("within") == 108
 
 
@@ -42,11 +46,11 @@ def test_a_script_holds_a_regression(
     other = str(tmp_path / "other.parquet")
     main(["run", "circle", *QUICK, "--set", "variants.B.controller.x.k_p=210000", "--out", other])
     capsys.readouterr()
-    errors = ["compare", kept.id, other, "--only", "*.x.following_error"]
+    errors = ["compare", kept.id, other, "--exact", "--only", "*.x.following_error"]
     assert main(errors) == 1
     out = capsys.readouterr().out
     assert "B.x.following_error  out-of-tolerance" in out
-    assert "1 of 2 channels hold" in out
+    assert re.search(r"differs: e_x of B by \S+ [nµ]m at \S+ s, 1 of 2 channels beyond", out)
     assert "1 channel is equal" in out
     assert "A.x.following_error" not in out
     loose = "B.x.following_error=2e-6,0"
@@ -100,6 +104,7 @@ def test_a_variant_of_one_stands_for_another(
     kept: RunDetail, capsys: pytest.CaptureFixture[str]
 ) -> None:
     exchanged = ["compare", kept.id, kept.id, "--variant", "A=B", "--variant", "B=A", "--json"]
+    exchanged.append("--exact")
     assert main([*exchanged, "--only", "*.x.following_error"]) == 1
     first, second = json.loads(capsys.readouterr().out)["channels"]
     assert first["largest"] == -second["largest"] != 0.0

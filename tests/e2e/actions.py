@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Literal
 
-from playwright.sync_api import Locator, Page, expect
+from playwright.sync_api import Browser, Locator, Page, Route, expect
 
 from motionlab.drive.virtual.process import VirtualDrive
 from tests.e2e.conftest import PATIENCE, ROOT, Server
@@ -110,8 +111,40 @@ def wait_for_clock(page: Page, seconds: float) -> None:
     )
 
 
+def scenario_control(page: Page) -> Locator:
+    """Return the button with the title of the Lab's scenario, which opens the gallery."""
+    return page.get_by_role("button", name=re.compile("^Scenario: "))
+
+
+def choose_scenario(page: Page, name: str) -> None:
+    """Choose an example of the gallery, by the name that commands take."""
+    scenario_control(page).click()
+    page.get_by_role("dialog", name="Examples").locator(f"[data-scenario={name!r}]").click()
+
+
+def lab_views(page: Page) -> Locator:
+    """Have the Lab's second picture show views, in place of the machine."""
+    region(page, "Second view").get_by_role("radio", name="Views", exact=True).click()
+    return region(page, "Views")
+
+
+def shipped_only(page: Page, kind: str) -> None:
+    """Let the page see no job of a kind but the shipped result."""
+
+    def answer(route: Route) -> None:
+        jobs = route.fetch().json()
+        route.fulfill(json=[job for job in jobs if job["shipped"]])
+
+    page.route(f"**/api/v1/jobs?kind={kind}", answer)
+
+
 def button(page: Page | Locator, name: str) -> None:
     page.get_by_role("button", name=name, exact=True).click()
+
+
+def controller(page: Page, variant: str) -> None:
+    """Open the panel of a variant's controller, which folds the other."""
+    page.get_by_role("button", name=f"Controller {variant}").click()
 
 
 def set_field(page: Page, label: str, value: str) -> None:
@@ -141,6 +174,20 @@ def tab_to(page: Page, name: str) -> None:
 def press(page: Page, *keys: str) -> None:
     for key in keys:
         page.keyboard.press(key)
+
+
+def on_a_phone(browser: Browser, server: Server) -> Page:
+    """Return the lab on a telephone, in a context of its own, which the caller closes."""
+    context = browser.new_context(
+        viewport={"width": 390, "height": 844},
+        has_touch=True,
+        is_mobile=True,
+        reduced_motion="reduce",
+    )
+    page = context.new_page()
+    page.goto(server.url)
+    page.get_by_text("connected", exact=True).wait_for()
+    return page
 
 
 def command(page: Page, words: str) -> None:

@@ -273,7 +273,9 @@ def lab(
     if left:
         page = left.pop()
     else:
-        page = browser.new_context(viewport=VIEW, accept_downloads=True).new_page()
+        page = browser.new_context(
+            viewport=VIEW, accept_downloads=True, reduced_motion="reduce"
+        ).new_page()
     complaints: list[str] = []
 
     def told(message: ConsoleMessage) -> None:

@@ -107,7 +107,7 @@ def _trajectories(browser: Browser, server: Server) -> None:
     page = browser.new_page(viewport={"width": 1440, "height": 900}, color_scheme="light")
     page.request.put(f"{server.url}{API}/trajectories/garden", data=_GARDEN)
     page.goto(f"{server.url}/?screen=trajectories")
-    page.get_by_label("Open a path").select_option("garden")
+    page.get_by_role("button", name="Open garden").click()
     limits = region(page, "Limits")
     expect(limits).to_contain_text("y needs too much thrust", timeout=LONG)
     page.wait_for_timeout(1500)
@@ -211,7 +211,7 @@ def _compare(browser: Browser, server: Server) -> None:
     query = urlencode({"run": f"{kept[2]},{kept[1]}", "compare": json.dumps(how)})
     page.goto(f"{server.url}/?screen=runs&{query}")
     compared = region(page, "Compare")
-    expect(compared).to_contain_text("channels hold", timeout=LONG)
+    expect(compared).to_contain_text("channels beyond tolerance", timeout=LONG)
     for unfinished in ("comparing", "reading"):
         expect(compared).not_to_contain_text(unfinished, timeout=LONG)
     page.wait_for_timeout(2500)

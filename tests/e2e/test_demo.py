@@ -26,7 +26,18 @@ from motionlab.simulation.recorded import of_scenario
 from motionlab.simulation.result import document
 from motionlab.simulation.run import run
 from motionlab.studies.why.study import WhyStudy
-from tests.e2e.actions import ANSWERS, DRAFT, LONG, MAX, RMS, region, set_field
+from tests.e2e.actions import (
+    ANSWERS,
+    DRAFT,
+    LONG,
+    MAX,
+    RMS,
+    choose_scenario,
+    controller,
+    lab_views,
+    region,
+    set_field,
+)
 from tests.e2e.conftest import VIEW, missing
 from tests.e2e.test_trajectories import drag
 from tests.paths import ROOT
@@ -122,7 +133,9 @@ def test_margins_are_the_servers(demo: Page, host: Host) -> None:
     set_field(demo, "B k_p x, N/mm", "300")
     computed(demo)
     loops = loop_document(load_scenario("circle", {"variants.B.controller.x.k_p": 3e5}))
-    for variant, axis in (("A", "y"), ("B", "x")):
+    for variant, axis in (("B", "x"), ("A", "y")):
+        if variant == "A":
+            controller(demo, "A")
         worst = loops.variants[variant].axes[axis].worst
         assert worst.Ms is not None
         line = demo.get_by_role("group", name=f"{variant} {axis} margins")
@@ -160,12 +173,13 @@ def test_a_gain_is_dragged_and_the_metrics_are_the_servers(
 def test_plant_law_and_scenario_change_without_a_server(demo: Page, host: Host) -> None:
     opened(demo, host)
     set_field(demo, "stiction F_s x, N", "5")
+    controller(demo, "A")
     demo.get_by_role("combobox", name="A compensation law").select_option("residual-k")
     demo.wait_for_timeout(500)
     computed(demo)
     changes = {"plant.x.friction.F_s": 5.0, "variants.A.controller.compensation.law": "residual-k"}
     agree(previewed(demo, "A"), "circle", changes, "A")
-    demo.get_by_role("combobox", name="Scenario", exact=True).select_option("rhombus")
+    choose_scenario(demo, "rhombus")
     demo.wait_for_timeout(500)
     computed(demo)
     agree(previewed(demo, "B"), "rhombus", {}, "B")
@@ -187,12 +201,11 @@ def test_another_circle_is_sampled_in_the_page(demo: Page, host: Host) -> None:
 
 def test_other_motions_are_sampled_in_the_page(demo: Page, host: Host) -> None:
     opened(demo, host)
-    scenarios = demo.get_by_role("combobox", name="Scenario", exact=True)
     for scenario, label, shown, path, value in (
         ("rhombus", "frequency, Hz", "0.5", "frequency", 0.5),
         ("stair-y-50mm", "max speed, mm/s", "120", "v_max", 0.12),
     ):
-        scenarios.select_option(scenario)
+        choose_scenario(demo, scenario)
         demo.wait_for_timeout(500)
         computed(demo)
         before = demo.evaluate("window.answers.B.windows[0]")
@@ -205,8 +218,9 @@ def test_other_motions_are_sampled_in_the_page(demo: Page, host: Host) -> None:
 
 def test_ballbar_and_spectrum_are_of_what_is_shown(demo: Page, host: Host) -> None:
     opened(demo, host)
+    lab_views(demo)
     set_field(demo, "stiction F_s x, N", "5")
-    demo.get_by_role("radio", name="Views", exact=True).click()
+    region(demo, "Views").get_by_role("button", name="Figures", exact=True).click()
     row = demo.get_by_role("table", name="Each direction").get_by_role("row", name="F max")
     changes = {"plant.x.friction.F_s": 5.0}
     prepared = prepare(load_scenario("circle", changes))
@@ -216,14 +230,15 @@ def test_ballbar_and_spectrum_are_of_what_is_shown(demo: Page, host: Host) -> No
     shown = [float(text) for text in row.get_by_role("cell").all_inner_texts()[:4]]
     assert shown == pytest.approx([1e6 * each for each in exact], rel=0.005)
 
-    demo.get_by_role("radio", name="Spectrum", exact=True).click()
+    kinds = region(demo, "Views").get_by_role("combobox", name="Kind of view")
+    kinds.select_option("Spectrum")
     rms = previewed(demo, "A")["x"][RMS]
     expect(demo.get_by_text(re.compile(r"^A: RMS"))).to_contain_text(
         f"4.500 to 10.50 s, resolution {1 / 1.296:.3g} Hz"
     )
     text = demo.get_by_text(re.compile(r"^A: RMS")).inner_text()
     assert float(text.split()[2]) == pytest.approx(1e6 * rms, rel=0.005)  # its mean is 0
-    demo.get_by_role("radio", name="Cost", exact=True).click()
+    kinds.select_option("Cost")
     expect(demo.get_by_role("alert")).to_contain_text("motionlab serve")
 
 
@@ -302,7 +317,7 @@ def test_it_opens_again_without_a_network(demo: Page, host: Host) -> None:
     host.stop()
     demo.reload()
     computed(demo)
-    demo.get_by_role("combobox", name="Scenario", exact=True).select_option("stair-x-500nm")
+    choose_scenario(demo, "stair-x-500nm")
     demo.wait_for_timeout(500)
     computed(demo)
 
@@ -318,7 +333,7 @@ def test_why_names_the_causes_that_the_server_finds(
     demo: Page, host: Host, scenario: str, label: str | None, shown: str, changes: dict[str, Any]
 ) -> None:
     opened(demo, host)
-    demo.get_by_role("combobox", name="Scenario", exact=True).select_option(scenario)
+    choose_scenario(demo, scenario)
     if label:
         set_field(demo, label, shown)
     demo.wait_for_timeout(500)
@@ -345,3 +360,19 @@ def test_why_names_the_causes_that_the_server_finds(
     absent = ", ".join(each.label for each in exact.absent)
     expect(sheet).to_contain_text(f"Not there: {absent}.")
     expect(sheet).to_contain_text("motionlab serve")
+
+
+def test_the_machine_and_the_tour_go_as_far_as_a_demo_goes(demo: Page, host: Host) -> None:
+    opened(demo, host)
+    expect(region(demo, "Second view").locator("p")).to_contain_text("pull", timeout=LONG)
+    demo.get_by_role("button", name="Take the tour, five steps").click()
+    tour = demo.get_by_role("complementary", name="Tour")
+    show = tour.get_by_role("button", name="Show me")
+    for _ in range(3):
+        expect(show).to_be_enabled()
+        tour.get_by_role("button", name="Next").click()
+    show.click()
+    expect(region(demo, "Path")).to_contain_text("5 points", timeout=LONG)
+    tour.get_by_role("button", name="Next").click()
+    expect(tour).to_contain_text("This needs a server")
+    expect(show).to_be_disabled()

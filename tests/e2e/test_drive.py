@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Iterator
 from typing import Any
@@ -12,7 +13,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from motionlab.drive.virtual.process import VirtualDrive
 from tests.drive.link.rig import SLOW
-from tests.e2e.actions import API, region, until
+from tests.e2e.actions import API, button, region, until
 from tests.e2e.conftest import PATIENCE, ROOT, START, Server
 
 pytestmark = pytest.mark.realtime
@@ -98,15 +99,15 @@ def arm(page: Page, server: Server) -> None:
 def run_with_a_reload(page: Page, server: Server) -> None:
     """Run A, load the page anew meanwhile, and run B, which is left."""
     scenario = region(page, "Scenario")
-    scenario.get_by_role("button", name=RUN).click()
-    expect(scenario.get_by_role("button", name="A moves")).to_be_visible()
+    page.get_by_role("button", name=RUN).click()
+    expect(page.get_by_role("button", name="A moves")).to_be_visible()
     reaches(page, server, "moving")
     page.reload()
-    rest = scenario.get_by_role("button", name="Run B on the drive")
+    rest = page.get_by_role("button", name="Run B on the drive")
     expect(rest).to_be_enabled()
     expect(scenario).to_contain_text("A is done, B left.")
     rest.click()
-    expect(scenario.get_by_role("button", name="B moves")).to_be_visible()
+    expect(page.get_by_role("button", name="B moves")).to_be_visible()
 
 
 def kept(page: Page, server: Server) -> list[dict[str, Any]]:
@@ -120,7 +121,7 @@ def test_a_then_b_and_a_stop_by_somebody_else(
     refusals.append("409")
     open_short_circle(page, server)
     scenario = region(page, "Scenario")
-    expect(scenario.get_by_role("button", name=RUN)).to_be_disabled()
+    expect(page.get_by_role("button", name=RUN)).to_be_disabled()
     expect(scenario).to_contain_text("Take control of the drives first.")
     expect(scenario).to_contain_text("A and B run one after the other")
     scenario.get_by_role("link", name="Drive screen").click()
@@ -130,7 +131,7 @@ def test_a_then_b_and_a_stop_by_somebody_else(
     run_with_a_reload(page, server)
     overlaid = region(page, "Overlaid runs")
     expect(overlaid).to_contain_text("circle A on Virtual drive")
-    expect(scenario.get_by_role("button", name=RUN)).to_be_enabled()
+    expect(page.get_by_role("button", name=RUN)).to_be_enabled()
     metrics = region(page, "Metrics")
     expect(metrics).to_contain_text("Not measured on drives")
     first = metrics.get_by_role("table").first.get_by_role("row").filter(has_text="max |e")
@@ -144,7 +145,7 @@ def test_a_then_b_and_a_stop_by_somebody_else(
     )
     runs = kept(page, server)
     names = {"circle A on Virtual drive", "circle B on Virtual drive"}
-    assert {run["name"] for run in runs} == names
+    assert {run["name"].partition(",")[0] for run in runs} == names
     assert {run["state"] for run in runs} == {"complete"}
 
     other = browser.new_context(viewport={"width": 1440, "height": 900})
@@ -153,21 +154,78 @@ def test_a_then_b_and_a_stop_by_somebody_else(
         second.set_default_timeout(PATIENCE)
         open_short_circle(second, server, laps=30)
         theirs = region(second, "Scenario")
-        expect(theirs.get_by_role("button", name=RUN)).to_be_disabled()
+        expect(second.get_by_role("button", name=RUN)).to_be_disabled()
         expect(theirs).to_contain_text("controls the drives.")
         body = {"scenario": "circle", "variant": "A"}
         refused = second.request.post(
             f"{server.url}{API}/drive/motions", data=body, headers={"Lease": "none"}
         )
         assert refused.status == 409
-        scenario.get_by_role("button", name=RUN).click()
+        page.get_by_role("button", name=RUN).click()
         reaches(page, server, "moving")
         second.get_by_role("button", name="STOP", exact=True).click()
         reaches(page, server, "ready")
     finally:
         other.close()
-    expect(scenario.get_by_role("button", name=RUN)).to_be_disabled()
+    expect(page.get_by_role("button", name=RUN)).to_be_disabled()
     expect(scenario).to_contain_text("Arm the drives first.")
     page.get_by_role("navigation").get_by_role("link", name="Runs").click()
     for name in names:
         expect(page.get_by_text(name).first).to_be_visible()
+
+
+def test_a_run_on_drives_against_its_simulation(
+    page: Page, server: Server, refusals: list[str]
+) -> None:
+    refusals.append("409")  # a heartbeat on its way while control is given up
+    body = {"scenario": "circle", "set": SHORT | {"trajectory.laps": 2}, "variant": "B"}
+    calls = f"{server.url}{API}/drive"
+    page.goto(f"{server.url}?screen=drive")
+    control = region(page, "Control")
+    control.get_by_label("Take it as").fill("Mara")
+    button(page, "Take control")
+    expect(control).to_contain_text("as Mara")
+    arm(page, server)
+    lease = page.evaluate("sessionStorage.getItem('motionlab.lease')")
+    earlier = {run["id"] for run in kept(page, server)}
+    begun = page.request.post(f"{calls}/motions", data=body, headers={"Lease": lease})
+    assert begun.status == 201, begun.text()
+    until(
+        page,
+        "the run is complete",
+        lambda: any(
+            run["state"] == "complete" and run["id"] not in earlier for run in kept(page, server)
+        ),
+    )
+    page.get_by_role("navigation").get_by_role("link", name="Drive").click()
+    judged = region(page, "Simulation against drive")
+    simulations = f"{server.url}{API}/runs?q=kind:simulation"
+    before = page.request.get(simulations).json()["total"]
+    judged.get_by_role("button", name="Simulate and compare").click()
+    verdict = judged.get_by_role("status")
+    expect(verdict).to_have_text(
+        re.compile(r"(Agrees|Differs).* 8( channels beyond tolerance)?\.$")
+    )
+    for axis in "xy":
+        error = judged.get_by_role("img", name=f"B.{axis}.following_error of both runs")
+        expect(error).to_be_visible()
+    expect(judged.get_by_role("table")).to_be_hidden()
+    judged.get_by_text("Channels that matter").click()
+    expect(judged.get_by_role("table").get_by_role("row")).to_have_count(1 + 8)
+    judged.get_by_role("button", name="B.x.current_a").click()
+    expect(judged.get_by_role("img", name="B.x.current_a of both runs")).to_be_visible()
+    assert page.request.get(simulations).json()["total"] == before + 1
+
+    # Another browser has the same verdict without another simulation.
+    sentence = verdict.inner_text()
+    page.reload()
+    expect(verdict).to_have_text(sentence)
+    assert page.request.get(simulations).json()["total"] == before + 1
+    judged.get_by_role("link", name="Open in Compare").click()
+    compare = region(page, "Compare")
+    expect(compare.get_by_role("status")).to_have_text(sentence)
+    expect(compare).to_contain_text("simulated")
+    expect(compare.get_by_label("Compared from, s")).to_have_value("0.75")
+    page.get_by_role("navigation").get_by_role("link", name="Drive").click()
+    button(page, "Disarm")
+    button(page, "Give up")

@@ -8,7 +8,7 @@ import re
 import httpx
 from playwright.sync_api import Page, expect
 
-from tests.e2e.actions import LONG, region, set_field
+from tests.e2e.actions import LONG, controller, region, set_field
 from tests.e2e.conftest import Server
 
 
@@ -39,12 +39,18 @@ def test_margins_beside_gains_are_those_of_the_loop(page: Page, server: Server) 
     set_field(page, "B k_p x, N/mm", "300")
     asked = {"scenario": "circle", "set": {"variants.B.controller.x.k_p": 3e5}}
     loops = httpx.post(f"{server.url}/api/v1/loop", json=asked, timeout=60.0).json()["variants"]
+    folded = page.get_by_role("button", name="Controller A")
+    expect(folded).to_contain_text("21.2°", timeout=LONG)
+    controller(page, "A")
     for variant, axis in (("A", "y"), ("B", "x")):
         worst = loops[variant]["axes"][axis]["worst"]
+        if variant == "B":
+            controller(page, "B")
         line = page.get_by_role("group", name=f"{variant} {axis} margins")
         expect(line).to_contain_text(f"{worst['Ms']['value']:.2f}", timeout=LONG)
         expect(line).to_contain_text(f"{math.degrees(worst['phase_margin']['value']):.1f}°")
     # 21.2 degrees, where Tune wants 30.
+    controller(page, "A")
     below = page.get_by_role("group", name="A y margins")
     expect(below).to_contain_text("beyond its limit, at least 30.0°")
     expect(page.get_by_role("group", name="A x margins")).not_to_contain_text("beyond")
@@ -56,17 +62,17 @@ def test_play_says_what_it_runs_and_the_headline_what_it_shows(page: Page) -> No
     set_field(page, "B k_p x, N/mm", "619.5")
     set_field(page, "B k_p y, N/mm", "1500")
     expect(region(page, "Result")).to_contain_text("with 2 staged changes")
-    expect(region(page, "Changes")).to_contain_text("Staged")
-    scenario = region(page, "Scenario")
-    expect(scenario.get_by_role("button", name="Play as it was")).to_be_visible()
-    scenario.get_by_role("button", name="Play with 2 changes").click()
-    expect(region(page, "Changes")).to_contain_text("In the motor", timeout=LONG)
+    changes = region(page, "Changes")
+    expect(changes.locator(".chip.staged")).to_have_count(2)
+    expect(changes.get_by_role("button", name="Play as it was")).to_be_visible()
+    changes.get_by_role("button", name="Play with 2 changes").click()
+    expect(changes.locator(".chip:not(.staged)")).to_have_count(2, timeout=LONG)
     expect(region(page, "Result")).to_contain_text("in the motor")
 
 
 def test_a_term_explains_itself_on_focus_and_on_hover(page: Page) -> None:
     _settled(page)
-    line = page.get_by_role("group", name="A x margins")
+    line = page.get_by_role("group", name="B x margins")
     term = line.get_by_text("PM", exact=True)
     tip = page.get_by_role("tooltip").filter(has_text="Phase margin")
     page.keyboard.press("Tab")  # the focus is one of the keyboard

@@ -21,6 +21,7 @@ from tests.e2e.actions import (
     serious,
     session,
     set_field,
+    shipped_only,
     tab_to,
     until,
 )
@@ -104,13 +105,21 @@ def percent(page: Page, name: str, column: int) -> float:
     return float(cell(page, name, column).removesuffix(" %"))
 
 
-def test_before_the_first_run_the_screen_says_what_to_do(screen: Page) -> None:
-    expect(region(screen, "Found")).to_contain_text("press Identify")
-    expect(region(screen, "Experiment")).to_contain_text("64 motions there and back")
-    expect(region(screen, "Experiment")).to_contain_text("29 min")
-    expect(region(screen, "Measured")).to_contain_text("planned")
+@pytest.mark.usefixtures("unopened")
+def test_it_opens_with_its_shipped_result(page: Page, server: Server) -> None:
+    shipped_only(page, "identify")
+    page.goto(f"{server.url}/?screen=identify")
+    experiment = region(page, "Experiment")
+    expect(experiment).to_contain_text("Shipped with", timeout=LONG)
+    expect(experiment).to_contain_text("64 motions there and back", timeout=LONG)
+    expect(experiment).to_contain_text("29 min")
+    expect(experiment).not_to_contain_text("other settings than the form shows")
+    expect(region(page, "Measured")).to_contain_text("64 points")
+    assert percent(page, "F_s", 4) < 1.0
     for name in ("Compare", "Stage"):
-        expect(region(screen, name).get_by_role("button")).to_have_count(0)
+        expect(region(page, name).get_by_role("button").first).to_be_enabled()
+    page.set_viewport_size({"width": 390, "height": 844})
+    expect(region(page, "Experiment")).to_be_in_viewport()
 
 
 def test_points_arrive_and_the_run_is_cancelled(screen: Page) -> None:
@@ -133,6 +142,7 @@ def test_points_arrive_and_the_run_is_cancelled(screen: Page) -> None:
 def test_a_reload_finds_the_run_going_on(screen: Page) -> None:
     set_long(screen)
     identify(screen).click()
+    expect(region(screen, "Experiment").get_by_role("progressbar")).to_be_visible(timeout=LONG)
     wait_for_points(screen, 4)
     before = points(screen)
     screen.reload()

@@ -15,6 +15,7 @@ from tests.e2e.actions import (
     API,
     LONG,
     command,
+    lab_views,
     press,
     region,
     serious,
@@ -83,7 +84,7 @@ def test_what_if_undo_and_apply_by_keyboard_alone(page: Page, server: Server) ->
     type_number(page, "400")
     expect(metrics).to_contain_text(after, timeout=LONG)
     expect(metrics).to_contain_text("exact", timeout=LONG)
-    keyboard.press("Tab")
+    tab_to(page, "B k_d x")
     keyboard.press("u")
     expect(metrics).to_contain_text(before, timeout=LONG)
     keyboard.press("ArrowRight")
@@ -98,16 +99,16 @@ def test_views_and_help_by_keyboard_alone(page: Page) -> None:
     keyboard = page.keyboard
     scopes = region(page, "Scopes")
     keyboard.press("2")
-    expect(scopes.get_by_role("heading", name="Following error x")).to_be_hidden()
-    expect(scopes.get_by_role("heading", name="Following error y")).to_be_visible()
-    keyboard.press("2")
-    expect(scopes.get_by_role("heading", name="Following error x")).to_be_visible()
+    expect(scopes.locator(".chart canvas")).to_have_count(1)
+    expect(page.get_by_role("region", name="Following error y, what-if")).to_be_visible()
+    keyboard.press("1")
+    expect(page.get_by_role("region", name="Following error x, what-if")).to_be_visible()
     keyboard.press("n")
     keyboard.type("velocity reference x")
     keyboard.press("Enter")
     expect(scopes.get_by_role("heading", name="Velocity x")).to_be_visible()
     keyboard.press("Escape")
-    expect(scopes.get_by_role("dialog", name="Channels")).to_be_hidden()
+    expect(scopes.locator(".chart canvas")).to_have_count(1)
     expect(region(page, "Metrics")).to_contain_text("exact", timeout=LONG)
     keyboard.press("m")
     keyboard.press("m")
@@ -115,10 +116,10 @@ def test_views_and_help_by_keyboard_alone(page: Page) -> None:
     keyboard.press("<")
     expect(scopes).to_contain_text("Δt 1.97 s", timeout=LONG)
     keyboard.press("v")
-    expect(scopes.get_by_role("heading", name="Following error x, mean")).to_be_visible()
+    expect(scopes.get_by_role("heading", name="Velocity x, mean")).to_be_visible()
     keyboard.press("0")
     expect(scopes).not_to_contain_text("Δt")
-    keyboard.press("Shift+F6")
+    press(page, "Shift+F6", "Shift+F6")
     tab_to(page, "Table")
     keyboard.press("Enter")
     numbers = region(page, "Plane as numbers")
@@ -135,7 +136,9 @@ def test_views_and_help_by_keyboard_alone(page: Page) -> None:
 
 def open_menu(page: Page, words: str) -> None:
     command(page, words)
-    expect(page.locator(":popover-open").get_by_role("button", name="Whole height")).to_be_visible()
+    expect(
+        page.locator(":popover-open").get_by_role("button", name="Remove", exact=True)
+    ).to_be_visible()
 
 
 def test_scopes_are_built_by_keyboard_alone(page: Page) -> None:
@@ -149,14 +152,16 @@ def test_scopes_are_built_by_keyboard_alone(page: Page) -> None:
 
     expect(region(page, "Metrics")).to_contain_text("exact", timeout=LONG)
     press(page, "F6", "Shift+F6")
-    expect(region(page, "Monte Carlo")).to_be_focused()
+    expect(region(page, "Changes")).to_be_focused()
     press(page, "/")
     page.keyboard.type("b.y.thrust")
-    press(page, "Enter", "Escape")
-    expect(region(page, "Monte Carlo")).to_be_focused()
+    press(page, "Enter")
+    expect(scopes.locator("h3").first).to_have_text("Following error, thrust")
+    press(page, "Escape")
+    expect(region(page, "Changes")).to_be_focused()
     open_menu(page, "following error, thrust place")
     press(page, "Tab", "End", "ArrowLeft", "Enter")
-    expect(scopes.locator("h3").nth(1)).to_have_text("Following error, thrust")
+    until(page, "it is the second", lambda: "thrust" in layout()[1])
     open_menu(page, "following error, thrust place")
     tab_to(page, "Lock")
     press(page, "Enter")
@@ -174,10 +179,21 @@ def test_scopes_are_built_by_keyboard_alone(page: Page) -> None:
     press(page, "Alt+Enter", "Enter")
     expect(pressed.nth(1)).to_have_attribute("aria-pressed", "false")
     expect(pressed.nth(0)).to_have_attribute("aria-pressed", "true")
-    tab_to(page, "Height of Following error, thrust")
+    open_menu(page, "following error y place")
+    tab_to(page, "Open too")
+    press(page, "Enter")
+    tab_to(page, "Height of Following error y")
     press(page, "ArrowDown")
-    assert re.search(r"@1\.\d", layout()[1])
+    assert re.search(r"@1\.\d", layout()[0])
 
+
+def test_a_layout_is_kept_and_opened_by_keyboard_alone(page: Page) -> None:
+    scopes = region(page, "Scopes")
+
+    def built() -> list[str]:
+        return scopes.locator("h3").all_inner_texts()
+
+    expect(region(page, "Metrics")).to_contain_text("exact", timeout=LONG)
     command(page, "layout keep, open")
     sheet = page.get_by_role("dialog", name="Layouts")
     expect(sheet.get_by_role("textbox")).to_be_focused()
@@ -227,45 +243,53 @@ def test_a_signal_is_looked_at_and_its_glitch_kept_by_keyboard_alone(page: Page)
     press(page, "Escape", "h")
     trigger = region(page, "Trigger")
     expect(trigger.get_by_role("status")).to_have_text("4 of 4 hits", timeout=LONG)
-    command(page, "next capture")
-    press(page, "Enter", "Enter", "Enter")
-    expect(trigger).to_contain_text("4 of 4 at")
-    expect(trigger.get_by_role("button", name="Next capture")).to_be_focused()
+    shown = trigger.locator("[aria-current=true]")
+    command(page, "show it; arrow keys")
+    press(page, "Home", "ArrowDown", "End")
+    expect(
+        trigger.get_by_role("table").get_by_role("row").last.get_by_role("button")
+    ).to_be_focused()
+    expect(shown).to_be_focused()
     assert serious(page, "main") == []
 
     press(page, "l")
     command(page, "play")
     press(page, "h")
-    # Before that, a later one may be shown when this one has been kept.
     expect(trigger.get_by_role("status")).to_have_text("Done: 10 captured", timeout=LONG)
-    command(page, "keep this capture")
-    expect(trigger.locator(":focus")).to_have_count(1, timeout=LONG)
-    expect(trigger.get_by_role("button", name=re.compile("^r-"))).to_be_visible(timeout=LONG)
-    command(page, "show the run")
+    opened = trigger.get_by_role("button", name="Open", exact=True)
+    expect(opened).to_be_enabled(timeout=LONG)
+    command(page, "open trigger")
     run = region(page, "Run")
     expect(run.get_by_role("region", name="Following error x")).to_be_visible(timeout=LONG)
 
 
 def test_every_view_and_the_spectrum_by_keyboard_alone(page: Page, server: Server) -> None:
     expect(region(page, "Metrics")).to_contain_text("exact", timeout=LONG)
-    command(page, "views plane")
-    views = region(page, "Views")
+    lab_views(page)
+    expect(page.get_by_role("link", name="Open as a page")).to_be_visible(timeout=LONG)
+    command(page, "open as a page")
+    views = region(page, "View")
+    expect(page).to_have_url(re.compile(r"pane=ballbar\+staged"))
     tab_to(page, "Ballbar")
     for name, shows in {
         "Contouring": "Errors",
-        "Cost": "Cost of x",
         "Friction": "Friction figures",
         "Positioning": "Positioning figures",
+        "Cost": "Cost of x",
         "Spectrum": None,
+        "XY": None,
         "Ballbar": "Each direction",
     }.items():
         press(page, "ArrowRight")
         expect(views.get_by_role("radio", name=name, exact=True)).to_be_focused()
         if shows:
             expect(views.get_by_role("table", name=shows, exact=True)).to_be_visible(timeout=LONG)
+        elif name == "Spectrum":
+            expect(views).to_contain_text("noise bandwidth", timeout=LONG)
         else:
-            expect(region(page, "Peaks")).to_contain_text("line", timeout=LONG)
-        assert serious(page, '[role="region"][aria-label="Views"]') == [], name
+            drawn = views.get_by_role("slider", name=re.compile("^Friction x over velocity x"))
+            expect(drawn).to_be_visible(timeout=LONG)
+        assert serious(page, '[aria-label="View"]') == [], name
 
     command(page, "table of ballbar")
     table = region(page, "Ballbar as numbers")
@@ -279,12 +303,12 @@ def test_every_view_and_the_spectrum_by_keyboard_alone(page: Page, server: Serve
         press(page, "Enter")
     assert csv.value.suggested_filename == "Ballbar.csv"
 
-    command(page, "spectrum views")
+    command(page, "spectrum kind of view")
     command(page, "window function: flat top")
     settled = re.compile('"averages":1,.*"window":"flat-top"|"window":"flat-top".*"averages":1,')
     with page.expect_request(lambda request: bool(settled.search(request.post_data or ""))):
         command(page, "averages: no average")
-    command(page, "spectrum of e_x frequency")
+    command(page, "spectrum of following error x frequency")
     press(page, "Home", "ArrowRight")
     expect(views.get_by_role("slider")).to_have_attribute(
         "aria-valuetext", re.compile(r"frequency [\d.]+ Hz, A ")
@@ -293,7 +317,8 @@ def test_every_view_and_the_spectrum_by_keyboard_alone(page: Page, server: Serve
 
 def test_the_3d_view_by_keyboard_alone(page: Page, refusals: list[str]) -> None:
     refusals += BLIND
-    press(page, "F")
+    page.get_by_role("radio", name="3-D view").focus()
+    press(page, "Enter", "F")
     fills = page.get_by_role("button", name="Fill page")
     expect(fills).to_have_attribute("aria-pressed", "true")
     cameras = page.get_by_role("radiogroup", name="Camera")
@@ -432,7 +457,7 @@ def test_runs_are_compared_opened_and_exported_by_keyboard_alone(
     command(page, "list of runs")
     press(page, "ArrowDown", "Shift+ArrowDown", "c")
     panel = region(page, "Compare")
-    expect(panel.get_by_role("status")).to_contain_text("108 channels", timeout=LONG)
+    expect(panel.get_by_role("status")).to_contain_text("Identical on 8 of 8", timeout=LONG)
     press(page, "c")
     expect(panel).to_be_hidden()
     press(page, "ArrowDown", "Enter")

@@ -119,10 +119,13 @@ def read(content: bytes) -> dict[str, Any]:
 
 
 def nearly(a: float | None, b: float | None) -> bool:
-    """Whether a metric of the page is the server's: to two counts of the encoder, a hundredth."""
+    """Whether a metric of the page is the server's: to two counts of the encoder, two hundredths.
+
+    Rounding, other on each processor, moves single readings by a count, and with them peak forces.
+    """
     if a is None or b is None:
         return a is b
-    return abs(a - b) <= 2 * COUNT + 0.01 * abs(b)
+    return abs(a - b) <= 2 * COUNT + 0.02 * abs(b)
 
 
 @pytest.mark.usefixtures("fresh", "unopened")

@@ -59,3 +59,28 @@ def test_what_is_typed_while_it_loads_are_words(page: Page) -> None:
     held[0].continue_()
     expect(page.get_by_role("combobox", name="Find a screen")).to_have_value("tune")
     expect(page.get_by_role("button", name="Dark theme")).to_be_visible()
+
+
+def first_found(page: Page, words: str) -> None:
+    find(page, words)
+    page.keyboard.press("Enter")
+
+
+def test_views_and_what_screens_have_by_their_own_words(page: Page) -> None:
+    expect(region(page, "Metrics")).to_contain_text("exact", timeout=LONG)
+    page.get_by_role("button", name="Find", exact=True).click()
+    page.get_by_role("combobox", name="Find a screen, control or channel").fill("fft")
+    page.keyboard.press("Enter")
+    expect(page).to_have_url(re.compile(r"screen=views.*pane=spectrum\+staged"))
+    view = region(page, "View")
+    expect(view.get_by_role("slider", name=re.compile("^Spectrum of following"))).to_be_visible()
+    first_found(page, "lissajous")
+    expect(page).to_have_url(re.compile(r"pane=xy\+staged"))
+    expect(view.get_by_role("slider", name=re.compile("^Friction x over velocity"))).to_be_visible()
+    page.go_back()
+    expect(page).to_have_url(re.compile(r"pane=spectrum\+staged"))
+    expect(view.get_by_role("radio", name="Spectrum", exact=True)).to_be_checked()
+    first_found(page, "phase margin")
+    expect(region(page, "Loop figures")).to_be_focused()
+    first_found(page, "bode")
+    expect(region(page, "Loop over frequency")).to_be_focused()

@@ -118,6 +118,33 @@ def test_a_session_is_found_tagged_pinned_deleted_and_linked(
 
 
 @pytest.mark.usefixtures("unopened")
+def test_a_run_is_named_by_what_differs_until_a_person_names_it(
+    page: Page, server: Server, refusals: list[str]
+) -> None:
+    refusals.append("404")
+    values = {"x": 4e5, "y": 5e5}
+    gains = {f"variants.{v}.controller.{a}.k_p": values[a] for v in "AB" for a in values}
+    kept = [
+        keep(page, server, set=gains | {"seed": 7}),
+        keep(page, server, set={"trajectory": "rhombus", "seed": 7}),
+    ]
+    open_runs(page, server, "&q=circle%20after:today")
+    name = "circle, k_p x 400 N/mm, k_p y 500 N/mm and 1 more"
+    checkbox = page.get_by_role("checkbox", name=f"Select {name}", exact=True)
+    first = page.get_by_role("row").filter(has=checkbox)
+    expect(first.locator("b")).to_have_text(name.replace("_", ""))  # the p is a subscript
+    expect(row(page, "rhombus, seed 7").get_by_text("trajectory circle → rhombus")).to_be_visible()
+    first.click()
+    button(page, "Rename…")
+    page.keyboard.press("Control+a")
+    page.keyboard.type("my k_p")
+    page.keyboard.press("Enter")
+    expect(row(page, "my k_p").locator("b")).to_have_text("my k_p")
+    for run in kept:
+        page.request.delete(f"{server.url}{API}/runs/{run}")
+
+
+@pytest.mark.usefixtures("unopened")
 def test_the_search_is_refused_in_place_and_filters_write_into_it(
     page: Page, server: Server, two: list[str], refusals: list[str]
 ) -> None:
@@ -273,8 +300,8 @@ def test_a_line_and_a_resonance_of_a_measurement_are_read_off(page: Page, server
     answer = page.request.post(address, data=measured_lines(), headers=headers)
     rig = answer.headers["location"].rpartition("/")[2]
     open_runs(page, server, f"&run={rig}")
-    panel = region(page, "Run").get_by_role("region", name="Spectrum", exact=True)
-    panel.get_by_role("button", name="Spectrum", exact=True).click()
+    panel = region(page, "Run").get_by_role("region", name="Views", exact=True)
+    panel.get_by_role("button", name="Views", exact=True).click()
     peaks = panel.get_by_role("region", name="Peaks")
     expect(peaks).to_contain_text("line")
     found = [text.split("\t")[0] for text in peaks.locator("tbody tr").all_inner_texts()]
@@ -292,7 +319,7 @@ def test_a_line_and_a_resonance_of_a_measurement_are_read_off(page: Page, server
     table = panel.get_by_role("region", name="as numbers")
     expect(table.locator("tbody th").first).to_contain_text("37.9")
     panel.get_by_role("button", name="Table").click()
-    assert serious(page, within='[aria-label="Spectrum"]') == []
+    assert serious(page, within='[aria-label="Views"]') == []
     page.request.delete(f"{server.url}{API}/runs/{rig}")
 
 
@@ -326,14 +353,16 @@ def test_a_recorded_session_is_overlaid_on_a_what_if_with_another_gain(
     overlaid = region(page, "Overlaid runs")
     expect(overlaid).to_contain_text("200.3 N/mm, now 312")
     expect(overlaid).to_contain_text("ended at")
-    set_field(page, "Offset of circle, s", "5")
+    offset = page.get_by_role("textbox", name=re.compile("^Offset of circle.*, s$"))
+    offset.fill("5")
+    offset.press("Enter")
     expect(overlaid).not_to_contain_text("ended at")
     region(page, "Scopes").get_by_role("button", name="Table").click()
     table = region(page, "Scopes as numbers")
     expect(table.locator("thead")).to_contain_text(re.compile(r"Following error x B circle"))
     heads = table.locator("thead th").all_inner_texts()
     column = next(
-        i for i, text in enumerate(heads) if text.startswith("Following error x B circle")
+        i for i, text in enumerate(heads) if "Following error x B circle" in " ".join(text.split())
     )
     at_six = table.locator("tbody tr", has=page.get_by_role("rowheader", name="6", exact=True))
     answer = page.request.get(
@@ -346,7 +375,7 @@ def test_a_recorded_session_is_overlaid_on_a_what_if_with_another_gain(
 
     expect(region(page, "Metrics")).to_contain_text("exact", timeout=LONG)
     metrics = region(page, "Metrics of the overlaid runs")
-    expect(metrics).to_contain_text("circle is over another window")
+    expect(metrics).to_contain_text("is over another window")
     cells = metrics.locator("tr", has_text="max |ex|").locator("td")
     now = simulated(page, server, k_p=312e3)[1]
     expect(cells.nth(0)).to_have_text(now)
@@ -414,10 +443,11 @@ def test_a_run_is_played_over_the_whole_width_with_another_behind_it(
     expect(ex.locator(".value").first).to_have_text(re.compile(r"^\W?\d"))
     shown = ex.locator(".value").first.inner_text()
     assert abs(float(re.findall(r"[\d.]+", shown)[0])) == pytest.approx(abs(value), rel=0.02)
+    forward = scopes.locator(".scopes section")
+    page.keyboard.press("2")
+    expect(forward).to_have_attribute("aria-label", "Following error y")
     page.keyboard.press("1")
-    expect(region(page, "Following error y")).to_have_count(0)
-    page.keyboard.press("1")
-    expect(region(page, "Following error y")).to_be_visible()
+    expect(forward).to_have_attribute("aria-label", "Following error x")
     for _ in range(3):
         page.keyboard.press("]")
     page.keyboard.press("Space")
@@ -443,3 +473,73 @@ def test_without_runs_the_screen_says_how_to_begin(
             page.close()
     finally:
         server.stop()
+
+
+@pytest.mark.usefixtures("unopened")
+def test_columns_are_chosen_sorted_and_bounded_by_their_histograms(
+    page: Page, server: Server, two: list[str]
+) -> None:
+    assert len(two) == 2
+    grid = open_runs(page, server)
+    page.get_by_role("button", name=re.compile("^Add a column")).click()
+    page.keyboard.type("k_p x")
+    page.keyboard.press("Enter")
+    expect(grid).to_contain_text("200.3")
+    grid.get_by_role("button", name=re.compile("^max ex$")).click()
+    expect(page.get_by_role("combobox", name="Order")).to_have_value("B.x.max")
+    grid.get_by_role("button", name="Remove the column k_p x").press("Enter")
+
+    page.get_by_role("slider", name="Least max e_x of B").focus()
+    for _ in range(3):
+        page.keyboard.press("Shift+ArrowRight")
+    search = page.get_by_role("textbox", name="Search")
+    expect(search).to_have_value(re.compile(r"^B\.x\.max>\d\S*um$"))
+
+
+def test_margins_are_columns_and_filters(page: Page, server: Server, two: list[str]) -> None:
+    grid = open_runs(page, server)
+    page.get_by_role("button", name=re.compile("^Add a column")).click()
+    page.keyboard.type("gain margin")
+    page.keyboard.press("Enter")
+    margins = {}
+    for run in two:
+        kept = page.request.get(f"{server.url}{API}/runs/{run}").json()
+        margins[kept["name"]] = 20 * math.log10(kept["metrics"]["B.x.gain_margin"])
+    for name, margin in margins.items():
+        expect(row(page, name)).to_contain_text(f"{margin:.1f}")
+    grid.get_by_role("button", name=re.compile("^GMx$")).click()
+    expect(page.get_by_role("combobox", name="Order")).to_have_value("B.x.gain_margin")
+    assert margins["stiffer"] < margins["shipped"]
+
+    search = page.get_by_role("textbox", name="Search")
+    names = "name:stiffer name:shipped"
+    search.fill(names)
+    expect(grid.get_by_role("row")).to_have_count(3)  # with the heads
+    page.get_by_role("slider", name="Least GM_x of B").press("Shift+ArrowRight")
+    expect(search).to_have_value(re.compile(rf"^{names} B\.x\.gain_margin>\d\S*dB$"))
+    search.fill(f"{names} B.x.gain_margin>{sum(margins.values()) / 2:.3f}dB")
+    expect(grid.get_by_role("row")).to_have_count(2)
+    expect(row(page, "shipped")).to_be_visible()
+    # Of a single run there is nothing to divide: its value stands in place of bars.
+    search.fill("name:stiffer")
+    spread = page.get_by_role("group", name="GM_x of B")
+    expect(spread).to_contain_text(f"{margins['stiffer']:.1f} dB one run")
+    expect(spread.get_by_role("slider")).to_have_count(0)
+
+
+def test_columns_of_overlaid_runs_have_their_colour(
+    page: Page, server: Server, two: list[str]
+) -> None:
+    three = [*two, keep(page, server, name="heavier", set={"plant.x.mass": 7.0})]
+    page.goto(f"{page.url}&overlay={','.join(three)}")
+    metrics = region(page, "Metrics of the overlaid runs")
+    inks = [
+        metrics.locator("th", has_text=name).locator("path").get_attribute("stroke", timeout=LONG)
+        for name in ("stiffer", "shipped", "heavier")
+    ]
+    assert len(set(inks)) == 3
+    region(page, "Scopes").get_by_role("button", name="Table", exact=True).click()
+    for name, ink in zip(("stiffer", "shipped", "heavier"), inks, strict=True):
+        head = region(page, "Scopes").locator("th", has_text=name).first
+        expect(head.locator("path")).to_have_attribute("stroke", ink or "")
+    page.request.delete(f"{server.url}{API}/runs/{three[2]}")

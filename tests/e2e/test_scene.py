@@ -197,7 +197,7 @@ def test_keys_act_and_esc_is_stop_while_the_stage_or_a_control_of_it_has_the_foc
     page.keyboard.press("Escape")
     expect_stopped(page)
 
-    button(region(page, "Scenario"), "Reset")
+    button(region(page, "Changes"), "Reset")
     state(page, "paused")
     opened(page)
     page.evaluate(

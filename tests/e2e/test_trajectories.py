@@ -254,7 +254,7 @@ def test_a_shipped_figure_is_made_editable(paths: Page) -> None:
 
 def test_the_path_goes_to_the_lab_as_a_what_if(paths: Page) -> None:
     paths.get_by_role("button", name="Stage in Lab").click()
-    expect(region(paths, "Changes")).to_contain_text("trajectory", timeout=LONG)
+    expect(region(paths, "Changes")).to_contain_text("drawn path", timeout=LONG)
     expect(region(paths, "Trajectory")).to_contain_text("path")
     paths.go_back()
     expect(region(paths, "Path on the plane")).to_be_visible(timeout=LONG)

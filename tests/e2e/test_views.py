@@ -13,7 +13,7 @@ import pytest
 from numpy.typing import NDArray
 from playwright.sync_api import Locator, Page, expect
 
-from tests.e2e.actions import API, LONG, region, serious
+from tests.e2e.actions import API, LONG, lab_views, region, serious
 from tests.e2e.conftest import Server
 
 Array = NDArray[np.float64]
@@ -55,9 +55,20 @@ def lap(of: dict[str, Array], variant: str) -> tuple[Array, Array]:
     return np.arctan2(y, x), np.hypot(x, y) - R
 
 
+def kind(views: Locator, name: str) -> None:
+    """Choose a kind of view: side by side where there is room, else from a list."""
+    side = views.get_by_role("radiogroup", name="Kind of view")
+    narrow = views.get_by_role("combobox", name="Kind of view")
+    side.or_(narrow).wait_for()
+    if narrow.count() > 0:
+        narrow.select_option(name)
+    else:
+        side.get_by_role("radio", name=name, exact=True).click()
+
+
 def contour_and_cost(views: Locator, of: dict[str, Array]) -> None:
     """Compare errors off a circle, and what its x cost, with the samples."""
-    views.get_by_role("radio", name="Contouring").click()
+    kind(views, "Contouring")
     errors = views.get_by_role("table", name="Errors", exact=True)
     errors.wait_for()
     for place, variant in enumerate("AB"):
@@ -76,7 +87,7 @@ def contour_and_cost(views: Locator, of: dict[str, Array]) -> None:
     assert abs(float(top[0])) == pytest.approx(float(cells(errors, "contour max")[0]), rel=6e-3)
     views.get_by_role("radio", name="Off the path").click()
     expect(views.get_by_text(re.compile(r"contour error \W [\d,]+$"))).to_be_visible()
-    views.get_by_role("radio", name="Cost").click()
+    kind(views, "Cost")
     cost = views.get_by_role("table", name="Cost of x")
     cost.wait_for()
     peaks = []
@@ -106,7 +117,7 @@ def radial(of: dict[str, Array], variant: str, count: int) -> Array:
 
 def friction_of(views: Locator, recorded: dict[str, Array]) -> None:
     """Compare the friction anatomy with the samples, and move its point by keys and pointer."""
-    views.get_by_role("radio", name="Friction").click()
+    kind(views, "Friction")
     figures = views.get_by_role("table", name="Friction figures")
     figures.wait_for()
     for place, variant in enumerate("AB"):
@@ -127,6 +138,7 @@ def friction_of(views: Locator, recorded: dict[str, Array]) -> None:
     views.get_by_role("slider", name="Moment").press("End")
     views.get_by_role("slider", name="Over velocity").press("ArrowLeft")
     at_moment(views, recorded)
+    views.get_by_label("Plot", exact=True).select_option("Bristle over time")
     views.get_by_role("slider", name="Bristle over time").hover()
     at_moment(views, recorded)
 
@@ -155,11 +167,12 @@ def test_the_figures_of_a_ballbar_are_those_of_the_downloaded_recording(
     page.goto(f"{server.url}/?screen=runs&run={run}")
     views = region(page, "Views")
     views.get_by_role("button", name="Views").click()
+    kind(views, "Ballbar")
     each = views.get_by_role("table", name="Each direction")
     each.wait_for()
     recorded = samples(page, server, run)
     heads = each.get_by_role("columnheader").all_inner_texts()
-    assert heads == ["A ccw", "A cw*", "B ccw", "B cw*"]
+    assert heads[1:] == ["A ccw", "A cw*", "B ccw", "B cw*"]
     for place, variant in ((0, "A"), (2, "B")):
         theta, F = lap(recorded, variant)
         matrix = np.stack([np.ones(LAP), np.cos(theta), np.sin(theta)], axis=1)
@@ -191,10 +204,12 @@ def test_the_lab_has_the_ballbar_and_the_spectrum_of_what_it_shows(
     page.goto(f"{server.url}/?scenario=circle&set={settings}")
     page.get_by_text("connected", exact=True).wait_for()
     page.keyboard.press("w")
-    region(page, "Plane").get_by_role("radio", name="Views").click()
-    views = region(page, "Views")
+    views = lab_views(page)
+    kind(views, "Ballbar")
     expect(views.get_by_role("alert")).to_contain_text("s no circle")
-    views.get_by_role("radio", name="Positioning").click()
+    kind(views, "Positioning")
+    for shown in ("Options", "Figures"):  # beside the plane there is room for the picture alone
+        views.get_by_role("button", name=shown, exact=True).click()
     figures = views.get_by_role("table", name="Positioning figures")
     figures.wait_for()
     body = {"scenario": "circle", "axis": "x", "targets": 3, "runs": 2}
@@ -210,9 +225,46 @@ def test_the_lab_has_the_ballbar_and_the_spectrum_of_what_it_shows(
         reversal = cells(figures, "B")
         scale = {"µm": 1e6, "nm": 1e9}[reversal[-1]]
         assert float(reversal[place]) == pytest.approx(scale * offline["B"], rel=6e-3)
-    views.get_by_role("radio", name="Spectrum").click()
+    kind(views, "Spectrum")
     peaks = views.get_by_role("region", name="Peaks")
     line = peaks.get_by_role("row").filter(has_text="line").first
     line.wait_for()
     shown = float(line.get_by_role("rowheader").inner_text())
     assert shown == pytest.approx(frequency, abs=3.0)  # a bin of 8 averages over 1.5 s
+
+
+@pytest.mark.usefixtures("unopened")
+def test_a_run_and_the_what_if_side_by_side_by_a_link(page: Page, server: Server) -> None:
+    run = keep(page, server)
+    page.goto(
+        f"{server.url}/?screen=views&pane=xy+{run}+B.x.position+B.y.position&pane2=cost+staged"
+    )
+    left, right = region(page, "View 1"), region(page, "View 2")
+    expect(right.get_by_role("table", name="Cost of x")).to_be_visible(timeout=LONG)
+    left.get_by_role("button", name="Table of Position y over position x").click()
+    shown = left.get_by_role("region", name="as numbers").locator("tbody tr").first
+    recorded = samples(page, server, run)
+    x, y = (recorded[f"B.{axis}.position"][-WINDOW] for axis in "xy")  # where the window begins
+    texts = [
+        text.replace("\N{MINUS SIGN}", "-") for text in shown.locator("th, td").all_inner_texts()
+    ]
+    assert [float(text) for text in texts] == pytest.approx([1e3 * x, 1e3 * y], abs=6e-2)
+    # Another channel by keys alone; the address has it, and back undoes it.
+    before = page.url
+    left.get_by_role("button", name="Y: Position y of B").press("Enter")
+    page.keyboard.type("velocity y of b")
+    page.keyboard.press("Enter")
+    expect(page).to_have_url(re.compile(r"B\.x\.position\+B\.y\.velocity"))
+    expect(
+        left.get_by_role("slider", name=re.compile("^Velocity y over position x"))
+    ).to_be_visible()
+    page.go_back()
+    expect(page).to_have_url(before)
+    expect(
+        left.get_by_role("slider", name=re.compile("^Position y over position x"))
+    ).to_be_visible()
+    assert serious(page, "main") == []
+    right.get_by_role("button", name="Close view 2").click()
+    expect(page).to_have_url(re.compile("pane=xy"))
+    expect(page).not_to_have_url(re.compile("pane2"))
+    page.request.delete(f"{server.url}{API}/runs/{run}")

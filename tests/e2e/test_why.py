@@ -6,7 +6,7 @@ import re
 
 from playwright.sync_api import Page, expect
 
-from tests.e2e.actions import LONG, region
+from tests.e2e.actions import LONG, choose_scenario, region
 
 
 def test_the_causes_are_shown_and_the_change_is_staged(page: Page) -> None:
@@ -20,7 +20,7 @@ def test_the_causes_are_shown_and_the_change_is_staged(page: Page) -> None:
 
     expect(region(page, "Metrics")).to_contain_text("exact", timeout=LONG)
     first = headline.inner_text()
-    page.get_by_role("combobox", name="Scenario").select_option("circle-matched")
+    choose_scenario(page, "circle-matched")
     peak = re.match(r"B ([\d.]+) µm", matched := changed(first))
     assert peak
     region(page, "Result").get_by_role("button", name="Why?").click()

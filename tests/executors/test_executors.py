@@ -69,6 +69,15 @@ def test_every_executor_finds_the_same(lab: Lab) -> None:
     assert documents(lab.address) == here
 
 
+def test_processes_tell_how_far_their_tasks_are_before_one_has_ended() -> None:
+    shares: list[float] = []
+    with opened("processes:2") as executor:
+        assert list(executor.map(slow, [1, 2, 3, 4], shares.append)) == [1, 4, 9, 16]
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+    assert any(0.0 < share < 0.25 for share in shares)
+
+
 class Enough(Exception):
     """Raised by a progress function."""
 

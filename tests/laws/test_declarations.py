@@ -45,7 +45,7 @@ def read(monkeypatch: pytest.MonkeyPatch, law: Any) -> None:
     names = [*declarations.pkgutil.iter_modules(laws.__path__)]
     more = declarations.pkgutil.ModuleInfo(names[0].module_finder, "more", ispkg=False)
     monkeypatch.setattr(declarations.pkgutil, "iter_modules", lambda _: [*names, more])
-    monkeypatch.setattr(laws, "LAWS", laws._laws())
+    monkeypatch.setattr(laws, "LAWS", laws._shipped())
     declarations.parameters_of(laws.LAWS.values(), laws._TAKEN)
 
 

@@ -58,19 +58,19 @@ def made_by(url: str, version: str, *runs: RunDetail) -> None:
         command.upgrade(config, version)
         tables = sa.MetaData()
         tables.reflect(connection)
-        for run in runs:
-            fields = run.model_dump(mode="json") | {"run": run.id, "words": run.name}
+        for number, run in enumerate(runs, 1):
+            key = number if "number" in tables.tables["runs"].columns else run.id
+            fields = run.model_dump(mode="json") | {"run": key, "words": run.name}
             fields["entry"] = {name: fields[name] for name in index._ENTRY}
             fields["record"] = {name: fields[name] for name in index._RECORD}
             rows = {"runs": [fields], "run_words": [fields], "run_documents": [fields]}
-            rows["run_tags"] = [{"run": run.id, "tag": tag} for tag in run.tags]
+            rows["run_tags"] = [{"run": key, "tag": tag} for tag in run.tags]
             rows["run_metrics"] = [
-                {"run": run.id, "metric": name, "value": value}
-                for name, value in run.metrics.items()
+                {"run": key, "metric": name, "value": value} for name, value in run.metrics.items()
             ]
             for name, some in rows.items():
                 for row in some if name in tables.tables else []:
                     table = tables.tables[name]
                     values = {key: value for key, value in row.items() if key in table.columns}
-                    connection.execute(sa.insert(table).values(values))
+                    connection.execute(sa.insert(table).values(values))  # numbers by themselves
     engine.dispose()

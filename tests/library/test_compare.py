@@ -77,6 +77,7 @@ class Pair:
         of = {key: how.pop(key, {}) for key in ("a", "b")}
         a = file_of(self._folder / "a.parquet", first, **of["a"])
         b = file_of(self._folder / "b.parquet", second, **of["b"])
+        how.setdefault("exact", True)
         return compare(a, b, Comparing(**how))
 
 
@@ -93,8 +94,8 @@ def test_a_run_holds_against_itself(tmp_path: Path) -> None:
         recorder.write(noise(300), str(tmp_path / name), metadata={})
     run, text = (of_file_or_run(str(tmp_path / name)) for name in ("run.parquet", "run.csv"))
     for other in (run, text):
-        found = compare(run, other, Comparing())
-        assert found.headline == "108 of 108 channels hold"
+        found = compare(run, other, Comparing(exact=True))
+        assert found.headline == "identical on 108 of 108"
         assert (found.holds, found.instants) == (True, 300)
         assert {(c.largest, c.beyond, c.rms) for c in found.channels} == {(0.0, 0.0, 0.0)}
 
@@ -252,7 +253,7 @@ def test_files_that_are_no_telemetry(tmp_path: Path) -> None:
     empty = make_recording(0, {"A": {}})
     recorder.write(empty, str(tmp_path / "empty.parquet"), metadata={})
     nothing = of_file_or_run(str(tmp_path / "empty.parquet"))
-    found = compare(nothing, nothing, Comparing())
+    found = compare(nothing, nothing, Comparing(exact=True))
     assert {c.verdict for c in found.channels} == {"ranges-differ"}
 
 
@@ -336,7 +337,7 @@ def test_two_speeds_along_one_circle(tmp_path: Path) -> None:
             "error": np.sin(3 * angle),
         }
         files.append(file_of(tmp_path / f"{name}.parquet", channels))
-    by_place = Comparing(align="reference", tolerance=Tolerance(absolute=2e-3))
+    by_place = Comparing(align="reference", exact=True, tolerance=Tolerance(absolute=2e-3))
     first, second = files
     found = compare(first, second, by_place)
     assert found.holds, found

@@ -59,9 +59,11 @@ def test_a_run_comes_back_as_it_was_put(index: Index) -> None:
 
 
 def test_searches_find_what_they_ask_for(index: Index) -> None:
+    first = {f"B.x.{MAX}": 2e-6, "B.x.gain_margin": 1.9, "B.x.phase_margin": 0.52}
+    second = {f"B.x.{MAX}": 4e-6, "B.x.gain_margin": 2.0, "B.x.phase_margin": 0.53}
     runs = [
-        sample(name="first", created=1000.0, tags=["rig", "cold"], metrics={f"B.x.{MAX}": 2e-6}),
-        sample(name="second", created=2000.0, tags=["rig"], metrics={f"B.x.{MAX}": 4e-6}),
+        sample(name="first", created=1000.0, tags=["rig", "cold"], metrics=first),
+        sample(name="second", created=2000.0, tags=["rig"], metrics=second),
         sample(name="third 100%", created=3000.0, kind="live", state="partial", pinned=True),
         sample(name="fourth_x", created=4000.0, scenario="rhombus", note="Lu's Motor No. 7 \\ old"),
     ]
@@ -76,10 +78,16 @@ def test_searches_find_what_they_ask_for(index: Index) -> None:
         "state:partial": ["third 100%"],
         "is:pinned": ["third 100%"],
         "scenario:rhombus scenario:none": ["fourth_x"],
+        "name:first name:third": ["first"],
+        'name:"third 100%"': ["third 100%"],
         "B.x.max<3um": ["first"],
         "B.x.max<=4e-6 B.x.max>=2um": ["second", "first"],
         "B.x.max>4um": [],
         "B.y.max>0": [],
+        "B.x.gain_margin>6dB": ["second"],
+        "B.x.gain_margin<2": ["first"],
+        "B.x.phase_margin<30deg": ["first"],
+        "B.x.phase_margin>=0.525rad": ["second"],
         '"no. 7"': ["fourth_x"],
         "MOTOR": ["fourth_x"],
         "100%": ["third 100%"],
@@ -108,7 +116,11 @@ def test_searches_find_what_they_ask_for(index: Index) -> None:
         ("is:open", "is:open"),
         ("after:yesteryear", "after:yesteryear"),
         ("B.x.max<3 um", "um"),
-        ("B.x.max<3miles", "B.x.max<3miles"),
+        ("B.x.max<3miles", "one of m, mm, um"),
+        ("B.x.max<3dB", "B.x.max<3dB"),
+        ("B.x.gain_margin>6deg", "one of dB; without a unit SI"),
+        ("B.x.phase_margin>30dB", "one of rad, deg"),
+        ("B.x.gain_margin>1e5dB", "is not finite"),
         ("B.x.nothing<3", "B.x.nothing"),
         ("max<3", "max<3"),
         ("B.x.max<1e999", "B.x.max<1e999"),
@@ -475,7 +487,7 @@ def test_two_processes_make_the_tables_at_once(url: str) -> None:
     index.close()
 
 
-@pytest.mark.parametrize("version", ["0001", "0002", "0003", "0004", "0005", "0006"])
+@pytest.mark.parametrize("version", ["0001", "0002", "0003", "0004", "0005", "0006", "0007"])
 def test_an_index_of_each_former_form_opens(url: str, version: str) -> None:
     runs = [
         sample(name=f"{version} {i}", tags=["rig"], kept=True, metrics={f"B.x.{MAX}": i * 1e-6})

@@ -223,7 +223,7 @@ def test_what_a_person_keeps_is_not_evicted_by_what_the_lab_records(
     assert library.files.names() == sorted(run.id for run in left)
     gone = library.index.evictions(10)
     assert [each.run for each in gone] == [by_itself[1].id, by_itself[0].id]
-    assert all(f"{each.run} 'circle' was evicted" in caplog.text for each in gone)
+    assert all(f"{each.run} {each.name!r} was evicted" in caplog.text for each in gone)
     for _ in range(2):
         keep(library, simulated)
     before = library.files.names()

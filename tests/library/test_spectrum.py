@@ -72,16 +72,19 @@ def test_other_columns_have_no_loop(run: RunDetail) -> None:
 def test_the_command_prints_a_table_a_document_and_every_bin(
     run: RunDetail, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
+    column = "A.x.following_error"
     every = tmp_path / "spectrum.csv"
-    of = ["spectrum", run.id, "--column", ERROR, "--from", "1.5", "--to", "4.5"]
+    of = ["spectrum", run.id, "--column", column, "--from", "1.5", "--to", "4.5"]
+    of += ["--averages", "1"]
+    options = SpectrumOptions(averages=1)
     assert main([*of, "--out", str(every)]) == DONE
     lines = [line.split() for line in capsys.readouterr().out.splitlines()]
     assert ["window", "hann"] in lines
     assert ["stop", "9001"] in lines
     assert any({"frequency", "amplitude", "rms"} <= set(line) for line in lines)
     assert main([*of, "--json"]) == DONE
-    taken, period = run_spectra(run.id, [ERROR], 3000, 9001, SpectrumOptions())
-    own = document(taken, SpectrumOptions(), period=period)
+    taken, period = run_spectra(run.id, [column], 3000, 9001, options)
+    own = document(taken, options, period=period)
     assert json.loads(capsys.readouterr().out) == own.model_dump(mode="json")
     with every.open() as file:
         rows = list(csv.reader(file))

@@ -275,5 +275,10 @@ def test_every_environment_variable_is_a_setting() -> None:
     used = {name for path in sources for name in re.findall("MOTIONLAB_[A-Z_]+", path.read_text())}
     settings = {VARIABLE + name.upper() for name in ServerSettings.model_fields}
     others = used - settings
-    assert others == {"MOTIONLAB_SETTINGS", "MOTIONLAB_SERVER", "MOTIONLAB_TEST_"}
+    assert others == {
+        "MOTIONLAB_LAWS_ACCEPTED",
+        "MOTIONLAB_SERVER",
+        "MOTIONLAB_SETTINGS",
+        "MOTIONLAB_TEST_",
+    }
     assert all(f"`{name}`" in DEPLOY for name in others if not name.endswith("_"))

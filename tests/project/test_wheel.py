@@ -100,7 +100,8 @@ def test_the_wheel_holds_all_that_it_is_made_of(checkout: Path, wheel: Path) -> 
     held = {name for name in contents(wheel) if ".dist-info/" not in name}
     assert held == {f"motionlab/{name}" for name in package}
     assert {"motionlab/py.typed", "motionlab/_version.py", "motionlab/page/index.html"} < held
-    assert [name for name in held if re.search(r"/page/assets/kernel-[^/]+\.wasm\.gz$", name)]
+    modules = re.findall(r"/page/assets/kernel-[^/]+\.wasm\.(.*)", "\n".join(held))
+    assert sorted(modules) == ["br", "gz"]
 
 
 def test_the_wheel_holds_the_licences_of_all_that_is_in_it(wheel: Path) -> None:

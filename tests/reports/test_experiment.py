@@ -128,7 +128,7 @@ def test_a_report_holds_it_within_its_bound(name: str, built: Path) -> None:
 
 def test_a_comparison_holds_the_inputs_of_both_once(built: Path) -> None:
     first, second = kept("circle"), kept("circle", **{"variants.B.controller.x.k_p": 3e5})
-    whole = comparison_report(first.id, second.id, Comparing())
+    whole = comparison_report(first.id, second.id, Comparing(exact=True))
     page = Page(whole)
     check_nothing_is_loaded(page)
     labels = {value for name, value in page.attributes if name == "aria-label"}
@@ -140,18 +140,18 @@ def test_a_comparison_holds_the_inputs_of_both_once(built: Path) -> None:
     sources = {(name, value) for name, value in page.attributes if name in names}
     assert ("data-column", "2 B.x.following_error") in sources
     assert ("data-less", "1 B.x.following_error") in sources
-    by_arc = Page(comparison_report(first.id, second.id, Comparing(align="reference")))
+    by_arc = Page(comparison_report(first.id, second.id, Comparing(exact=True, align="reference")))
     assert "The curves remain those recorded" in by_arc.whole
     assert "data-column" not in dict(by_arc.attributes)
     (built / "report.js").unlink()
-    without = comparison_report(first.id, second.id, Comparing())
+    without = comparison_report(first.id, second.id, Comparing(exact=True))
     assert len(whole) - len(without) < ADDED_MAX
 
 
 def test_variants_of_other_letters_are_those_compared(built: Path) -> None:
     assert built
     first, second = keep(), keep()
-    how = Comparing(variants={"A": "B", "B": "A"}, only=["B.x.following_error"])
+    how = Comparing(exact=True, variants={"A": "B", "B": "A"}, only=["B.x.following_error"])
     page = Page(comparison_report(first.id, second.id, how))
     columns = [value for name, value in page.attributes if name == "data-column"]
     assert set(columns) == {"1 B.x.following_error", "2 A.x.following_error"}

@@ -13,7 +13,7 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Protocol, Self
 
 import httpx
 import numpy as np
@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from websockets.sync.client import connect
 
 from motionlab.telemetry.frames import Frame, decode
-from tests.server.servers import PATIENCE, Server
+from tests.server.servers import PATIENCE
 
 API = "/api/v1"
 NOTICE = 0.3
@@ -125,12 +125,20 @@ class Live:
         assert self.client.delete(self.path).status_code in {204, 404}
 
 
+class Place(Protocol):
+    """Where streams are: a server, or a line to one."""
+
+    def stream(self, session_id: str) -> str:
+        """Return the address of a session's stream."""
+        ...
+
+
 class Stream:
     """One client of a session's stream.
 
     Parameters
     ----------
-    server : Server
+    server : Place
         Where the session lives.
     session_id : str
         Which session.
@@ -138,7 +146,7 @@ class Stream:
         Further arguments of ``websockets.sync.client.connect``.
     """
 
-    def __init__(self, server: Server, session_id: str, **options: Any) -> None:
+    def __init__(self, server: Place, session_id: str, **options: Any) -> None:
         address = server.stream(session_id)
         self._ended = contextlib.ExitStack()
         self.socket = self._ended.enter_context(
@@ -201,19 +209,19 @@ class Stream:
                 return got
 
     def frame(self) -> Frame:
-        """Return the next frame without acknowledging it; session messages are passed over."""
+        """Return the next frame without acknowledging it; news of the session are passed over."""
         while True:
             got = self.receive()
             if isinstance(got, Frame):
                 return got
-            assert got["type"] == "session", got
+            assert got["type"] in {"session", "delay"}, got
 
     def ack(self, frame: Frame) -> None:
         """Acknowledge a frame."""
         self.send(type="ack", sequence=frame.sequence)
 
     def subscribe(
-        self, columns: Sequence[str], from_tick: int | None = None, **others: int
+        self, columns: Sequence[str], from_tick: int | None = None, **others: Any
     ) -> dict[str, Any]:
         """Subscribe and return the answer."""
         more = others if from_tick is None else others | {"from_tick": from_tick}
@@ -268,7 +276,7 @@ class Reader:
     @property
     def end(self) -> int:
         """The tick after the last that has come."""
-        return self.frames[-1].first_tick + self.frames[-1].columns.shape[1] if self.frames else 0
+        return self.frames[-1].end if self.frames else 0
 
     def _read(self) -> None:
         while self._until is None or self.end < self._until:

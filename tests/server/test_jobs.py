@@ -10,6 +10,8 @@ from typing import Any
 import httpx
 import pytest
 
+from motionlab.lanes import model_hash
+from motionlab.server.job_reports import subject_of
 from motionlab.server.settings import Settings
 from tests.server.conftest import MakeServer
 from tests.server.live import API, until
@@ -114,6 +116,44 @@ def test_a_full_queue(make_server: MakeServer) -> None:
         assert [state(client, each) for each in (running, waiting)] == ["cancelled", "cancelled"]
 
 
+def test_the_jobs_of_now_are_listed_with_what_they_are_of_and_wait_for(
+    make_server: MakeServer,
+) -> None:
+    server = make_server(Settings(jobs_at_once=1))
+    with httpx.Client(base_url=server.url, timeout=PATIENCE) as client:
+
+        def now() -> list[dict[str, Any]]:
+            return client.get(f"{API}/jobs/now").raise_for_status().json()
+
+        assert now() == []
+        running, waiting = submit(client, LONG), submit(client, QUICK)
+        until(lambda: [job["state"] for job in now()] == ["running", "queued"])
+        until(lambda: now()[1]["waits_for"] == "jobs")
+        first, second = now()
+        assert [f"{API}/jobs/{job['id']}" for job in (first, second)] == [running, waiting]
+        assert first["waits_for"] is None
+        assert {first["subject"], second["subject"]} == {"circle"}
+        assert {"request", "result", "partial"}.isdisjoint(first)
+        client.delete(running)
+        until(lambda: [job["state"] for job in now()] == ["done", "cancelled"])
+        assert client.get(waiting).json()["model"] == now()[0]["model"] == model_hash()
+
+
+@pytest.mark.parametrize(
+    ("body", "subject"),
+    [
+        ({"scenario": "circle", "set": {}}, "circle"),
+        ({"scenario": {"name": "own", "plant": {}}}, "own"),
+        ({"scenario": "circle", "run": "abc"}, "run abc"),
+        ({"preset": "reference", "geometry": {}}, "reference"),
+        ({"only": ["a", "b", "c", "d"]}, "a, b, c, …"),
+        ({}, ""),
+    ],
+)
+def test_a_job_says_what_it_is_of(body: dict[str, Any], subject: str) -> None:
+    assert subject_of(body) == subject
+
+
 def test_jobs_are_listed_and_recorded(
     make_server: MakeServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -134,7 +174,7 @@ def test_jobs_are_listed_and_recorded(
         ids = [f"{API}/jobs/{job['id']}" for job in listed]
         assert ids == [cancelled, second, first]  # the newest first
         assert {"result", "partial"}.isdisjoint(listed[0])
-        assert client.get(f"{API}/jobs?kind=identify").json() == []
+        assert client.get(f"{API}/jobs?kind=map").json() == []
         assert client.get(f"{API}/jobs?kind=nothing").status_code == 422
     # a file that is no record harms nothing
     (tmp_path / "jobs" / "AAAAAAAAAAAA.jsonl").write_text("{}\n{}\n")

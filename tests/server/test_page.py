@@ -16,18 +16,21 @@ from tests.server.servers import PATIENCE, Server
 
 TEXT = b"console.log('motion');" * 100
 PLAIN = {"Accept-Encoding": "identity"}
-GZIP = {"Accept-Encoding": "br, gzip;q=0.8"}
+GZIP = {"Accept-Encoding": "zstd, gzip;q=0.8"}
+BROTLI = {"Accept-Encoding": "gzip, deflate, br"}
+PACKED = b"the text, packed by Brotli, which Python does not know"
 
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx.Client]:
-    """A server of a small page, its texts compressed beforehand, those of assets nothing else."""
+    """A server of a small page, its texts packed beforehand, those of assets nothing else."""
     folder = tmp_path_factory.mktemp("page")
     (folder / "assets").mkdir()
     for name in ("index.html", "docs.html", "assets/index-AbCdEfGh.js", "favicon.svg"):
         if not name.startswith("assets"):
             (folder / name).write_bytes(TEXT)
-        (folder / f"{name}.gz").write_bytes(gzip.compress(TEXT))
+        (folder / f"{name}.gz").write_bytes(gzip.compress(TEXT, mtime=0))
+        (folder / f"{name}.br").write_bytes(PACKED)
     (folder / "assets" / "font-AbCdEfGh.woff2").write_bytes(TEXT)
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr("motionlab.server.http.page.page_root", lambda: folder)
@@ -73,13 +76,34 @@ def test_a_text_is_sent_as_it_was_compressed(site: httpx.Client, path: str, medi
     assert site.head(path, headers=PLAIN).content == b""
 
 
-@pytest.mark.parametrize("path", ["/assets/none.js", "/assets/", "/assets", "/none.gz"])
+@pytest.mark.parametrize("path", ["/", "/assets/index-AbCdEfGh.js"])
+@pytest.mark.parametrize(
+    ("accepted", "coding"),
+    [
+        ("gzip, deflate, br, zstd", "br"),
+        ("BR;q=0.1, gzip;q=1.0", "br"),
+        ("br;q=0, gzip", "gzip"),
+        ("br; q=0.000", None),
+        ("brotli", None),
+    ],
+)
+def test_brotli_goes_before_gzip(
+    site: httpx.Client, path: str, accepted: str, coding: str | None
+) -> None:
+    with site.stream("GET", path, headers={"Accept-Encoding": accepted}) as answer:
+        body = b"".join(answer.iter_raw())
+    assert answer.headers.get("content-encoding") == coding
+    assert body == {"br": PACKED, "gzip": gzip.compress(TEXT, mtime=0), None: TEXT}[coding]
+    assert answer.headers["vary"] == "Accept-Encoding"
+
+
+@pytest.mark.parametrize("path", ["/assets/none.js", "/assets/", "/assets", "/none.gz", "/none.br"])
 def test_what_is_not_there_is_not_found(site: httpx.Client, path: str) -> None:
     assert site.get(path, headers=PLAIN).status_code == 404
 
 
 @pytest.mark.parametrize(
-    "accepted", ["identity", "", "gzip;q=0", "gzip; q=0.000", "br", "x-gzip-not"]
+    "accepted", ["identity", "", "gzip;q=0", "gzip; q=0.000", "zstd", "x-gzip-not"]
 )
 def test_who_does_not_accept_gzip_gets_none(site: httpx.Client, accepted: str) -> None:
     for path in ("/", "/openapi.json"):
@@ -95,7 +119,7 @@ def test_browsers_keep_what_never_changes_and_ask_again_for_the_rest(site: httpx
         assert kept == "public, max-age=31536000, immutable"
 
 
-@pytest.mark.parametrize("headers", [PLAIN, GZIP])
+@pytest.mark.parametrize("headers", [PLAIN, GZIP, BROTLI])
 def test_what_the_browser_has_is_not_sent_again(
     site: httpx.Client, headers: dict[str, str]
 ) -> None:

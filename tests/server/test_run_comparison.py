@@ -22,7 +22,7 @@ from tests.library.test_replay import altered, keep, rewrite
 from tests.server.live import API, until
 
 ERROR = "B.x.following_error"
-HOW = {"channels": {ERROR: {"absolute": 1e-7, "time": 0.001}}}
+HOW = {"exact": True, "channels": {ERROR: {"absolute": 1e-7, "time": 0.001}}}
 
 
 @pytest.fixture(scope="module")

@@ -46,6 +46,24 @@ def run() -> Iterator[RunDetail]:
     library().delete(kept.id)
 
 
+def test_its_margins_are_searched_sorted_and_counted(client: httpx.Client, run: RunDetail) -> None:
+    margin = 20 * np.log10(run.metrics["B.x.gain_margin"])
+
+    def listed(search: str) -> list[str]:
+        query = {"q": search, "sort": "-B.x.phase_margin"}
+        found = client.get(f"{API}/runs", params=query).raise_for_status().json()["runs"]
+        return [each["id"] for each in found]
+
+    assert run.id in listed(f"B.x.gain_margin>{margin - 0.01}dB B.x.phase_margin>1deg")
+    assert run.id not in listed(f"B.x.gain_margin>{margin + 0.01}dB")
+    query = {"metric": "B.x.gain_margin", "q": f'name:"{run.name}"'}
+    spread = client.get(f"{API}/runs/histogram", params=query).raise_for_status().json()
+    assert spread["least"] <= run.metrics["B.x.gain_margin"] <= spread["greatest"]
+    refused = client.get(f"{API}/runs", params={"q": "B.x.gain_margin>6deg"})
+    assert refused.status_code == 422
+    assert "one of dB" in refused.text
+
+
 def test_its_reversals_are_measured(client: httpx.Client, run: RunDetail) -> None:
     axes = client.get(f"{API}/runs/{run.id}/glitches").raise_for_status().json()["axes"]
     for each in axes.values():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 import math
 import time
@@ -11,8 +10,6 @@ from typing import Any
 
 import httpx
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
 import pytest
 
 from motionlab.analysis.metrics import variant_metrics
@@ -20,14 +17,13 @@ from motionlab.analysis.variant_comparison import compare
 from motionlab.config.load import load_scenario
 from motionlab.server.live.session import METRICS_SECONDS
 from motionlab.server.live.sessions import IDLE_SECONDS, SPARE_SECONDS
-from motionlab.server.routes import captures as captures_route
 from motionlab.server.settings import Settings
 from motionlab.telemetry import recorder
 from motionlab.timing import CONTROL_PERIOD
 from tests.server.conftest import MakeLive, MakeServer
 from tests.server.live import API, Live, Stream, until
 from tests.server.offline import COLUMNS, RING, assert_offline, expected, offline
-from tests.server.servers import PATIENCE, Server
+from tests.server.servers import PATIENCE
 from tests.simulated import play
 
 MASS = "plant.x.mass"
@@ -211,112 +207,3 @@ def test_the_sweep_ends_idle_sessions(
         session.touched -= IDLE_SECONDS + 1.0
         until(lambda: server.app.state.sessions.all() == [])
         assert session.closed
-
-
-def test_a_capture_is_a_run_with_every_channel(live: Live) -> None:
-    live.step(3000)
-    asked = {"from_tick": 1000, "to_tick": 1400, "name": "turn", "note": "reversal of x"}
-    answer = live.client.post(f"{live.path}/captures", json=asked)
-    assert answer.status_code == 201, answer.text
-    kept = live.client.get(answer.headers["location"]).json()
-    assert (kept["kind"], kept["state"], kept["tags"]) == ("live", "complete", ["capture"])
-    origin = live.client.get(live.path).json()["run"]
-    assert kept["note"] == f"reversal of x\n0.5 to 0.7 s of {origin}."
-    assert kept["ticks"] == 400
-    name = "B.y.following_error"
-    file = live.client.get(f"{answer.headers['location']}/telemetry?format=csv&columns={name}")
-    rows = [line.split(",") for line in file.text.splitlines()]
-    assert [int(row[0]) for row in rows[1:]] == list(range(1000, 1400))
-    wanted = offline("circle").recording.variants["B"].channel("following_error", "y")[1000:1400]
-    assert np.array_equal(np.array([row[2] for row in rows[1:]], dtype=np.float32), wanted)
-    again = live.client.post(f"{answer.headers['location']}/replay")
-    assert again.status_code == 409
-    assert "no scenario" in again.json()["detail"]
-    for wrong, field in (
-        ({"from_tick": 0, "to_tick": 3001}, "to_tick"),
-        ({"from_tick": 5, "to_tick": 5}, "to_tick"),
-        ({"from_tick": 3000, "to_tick": 3000}, "from_tick"),
-    ):
-        refused = live.client.post(f"{live.path}/captures", json=wrong)
-        assert refused.status_code == 422
-        assert field in [each["loc"] for each in refused.json()["errors"]]
-    for wrong in ({"from_tick": True, "to_tick": 5}, {"from_tick": "0", "to_tick": 5}):
-        refused = live.client.post(f"{live.path}/captures", json=wrong)
-        assert "must be a whole number" in refused.text
-
-
-def samples_of(client: httpx.Client, run: dict[str, Any]) -> pa.Table:
-    answer = client.get(f"{API}/runs/{run['id']}/telemetry").raise_for_status()
-    return pq.read_table(io.BytesIO(answer.content))
-
-
-def test_a_capture_can_be_kept_however_old_it_is(live: Live) -> None:
-    """The ring holds 60,000 ticks, at ten times real time 3 s; the recording holds all."""
-    live.step(1000)
-    live.change({"plant.x.mass": 6.0})
-    live.step(RING + 3000)
-    asked = {"from_tick": 700, "to_tick": 1200, "automatic": True}
-    answer = live.client.post(f"{live.path}/captures", json=asked)
-    assert answer.status_code == 201, answer.text
-    kept = answer.json()
-    assert not kept["kept"]
-    table = samples_of(live.client, kept)
-    assert table["tick"].to_pylist() == list(range(700, 1200))
-    reference = offline("circle").recording.variants["B"].channel("following_error", "y")
-    held = table["B.y.following_error"].to_numpy()
-    assert np.array_equal(held[:300], reference[700:1000])
-    across = {"from_tick": 2500, "to_tick": 2500 + RING}  # partly in the ring alone, just now
-    live.step(500)
-    kept = live.client.post(f"{live.path}/captures", json=across).raise_for_status().json()
-    assert kept["kept"]
-    assert kept["ticks"] == RING
-    longer = {"from_tick": 0, "to_tick": RING + 1}
-    refused = live.client.post(f"{live.path}/captures", json=longer)
-    assert refused.status_code == 422
-    assert "more than 30 s" in refused.json()["detail"]
-
-
-def test_a_capture_of_before_a_reset_is_kept_as_it_was(live: Live) -> None:
-    live.change({"plant.x.mass": 6.0})
-    live.step(1000)
-    before = live.client.get(live.path).json()
-    ticks = {"from_tick": 100, "to_tick": 200}
-    first = live.client.post(f"{live.path}/captures", json=ticks).raise_for_status().json()
-    live.client.post(f"{live.path}/reset")
-    live.change({"plant.x.mass": 5.0})
-    live.step(1000)
-    for _ in range(2):  # while the recording is made a run, and of the run
-        body = ticks | {"timeline": before["timeline"]}
-        answer = live.client.post(f"{live.path}/captures", json=body)
-        assert answer.status_code == 201, answer.text
-        kept = answer.json()
-        assert kept["note"] == first["note"] == f"0.05 to 0.1 s of {before['run']}."
-        assert samples_of(live.client, kept).equals(samples_of(live.client, first))
-        assert kept["differences"] == first["differences"] != []
-        run = f"{API}/runs/{before['run']}"
-        until(lambda run=run: live.client.get(run).json()["state"] == "complete")
-    now = live.client.get(live.path).json()["timeline"]
-    other = live.client.post(f"{live.path}/captures", json=ticks | {"timeline": now})
-    assert not samples_of(live.client, other.raise_for_status().json()).equals(
-        samples_of(live.client, first)
-    )
-
-
-def test_a_capture_that_is_nowhere_is_refused_in_words(
-    live: Live, server: Server, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    live.step(1000)
-    (session,) = [s for s in server.app.state.sessions.all() if s.id == live.id]
-    monkeypatch.setattr(captures_route, "_PAUSE", 0.0)
-    until(lambda: session.records[0].kept is not None)
-    session.records.clear()
-    live.step(RING)
-    ticks = {"from_tick": 100, "to_tick": 200}
-    refused = live.client.post(f"{live.path}/captures", json=ticks)
-    assert refused.status_code == 422
-    (error,) = refused.json()["errors"]
-    assert error["loc"] == "from_tick"
-    assert error["message"] == (
-        "the samples of 0.05 to 0.1 s are gone: the session holds 0.5 to 30.5 s, and they were "
-        "not recorded"
-    )

@@ -23,8 +23,10 @@ from motionlab.kernel.law_calls import laws_of
 from motionlab.kernel.layout import INPUT_ROWS, SAMPLE_ROWS, Inputs
 from motionlab.kernel.tick import run_lanes
 from motionlab.lanes import WIDTH, model_hash, module_hash
+from motionlab.laws import LAWS, OWN
 from motionlab.server.routes.whatif_lanes import WhatIfLanesRequest, _at_once, what_if_lanes
 from motionlab.server.settings import Settings
+from motionlab.simulation.lane_run import Known, Obstacle, lane_run
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document
 from motionlab.simulation.whatif import Extent, run_changed
@@ -229,3 +231,10 @@ def test_a_server_without_a_kernel_computes_two_answers_at_once(
     assert refusal.value.status_code == 503
     assert refusal.value.headers == {"Retry-After": "1"}
     assert while_compiling(body).status_code == 200
+
+
+def test_a_law_of_ones_own_is_the_servers_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    prepared = prepare(load_scenario("circle"))
+    monkeypatch.setitem(OWN, "lugre-observer", LAWS["lugre-observer"])
+    with pytest.raises(Obstacle, match="lugre-observer is of a file of one's own"):
+        lane_run(prepared, None, 100, Known())

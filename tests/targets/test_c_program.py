@@ -102,12 +102,13 @@ def test_names_comments_and_loops_of_the_source_are_there() -> None:
 
 
 def test_a_branch_on_lanes_is_refused() -> None:
-    with pytest.raises(RecordError, match=r"^branching in tests.targets.lane_functions: lanes are"):
+    message = r"^branching in tests.targets.lane_functions: line \d+: lanes are"
+    with pytest.raises(RecordError, match=message):
         Recorder().record(branching, {"x": 0.0})
 
 
 def test_what_lanes_cannot_do_is_refused() -> None:
-    message = r"^remainder in tests.targets.lane_functions: unsupported operand"
+    message = r"^remainder in tests.targets.lane_functions: line \d+: unsupported operand"
     with pytest.raises(RecordError, match=message):
         Recorder().record(functions.remainder, {"x": 0.0})
 

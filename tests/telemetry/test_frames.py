@@ -101,3 +101,13 @@ def test_the_page_describes_the_header():
 def test_what_is_no_frame(data):
     with pytest.raises(ValueError, match=r"bytes|no frame"):
         decode(data)
+
+
+def test_a_thinned_frame_comes_back_as_it_went() -> None:
+    columns = np.arange(12, dtype=np.float32).reshape(3, 4)
+    data = encode(Frame(7, 4096, columns, stride=8))
+    assert data[4:6] == b"\x02\x00"
+    assert data[24:32] == struct.pack("<II", 8, 0)
+    frame = decode(data)
+    assert (frame.sequence, frame.first_tick, frame.stride, frame.end) == (7, 4096, 8, 4128)
+    assert frame.columns.tobytes() == columns.tobytes()

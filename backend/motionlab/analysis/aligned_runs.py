@@ -29,6 +29,7 @@ from motionlab.analysis.curve_difference import (
     beyond_in_value,
     resampled,
 )
+from motionlab.analysis.judgement import sensible, telling
 from motionlab.errors import ConfigError, FieldError
 from motionlab.telemetry.decimate import min_max
 
@@ -55,12 +56,16 @@ class Aligned:
     @property
     def names(self) -> list[str]:
         """Channels to compare: those of the baseline, then those that only the candidate has."""
-        every = list(dict.fromkeys([*self.baseline.units, *self.candidate.units]))
-        only = self.how.only
-        return [n for n in every if not only or any(fits(n, p) for p in only)]
+        own, other, only = self.baseline.units, self.candidate.units, self.how.only
+        every = list(dict.fromkeys([*own, *other]))
+        if only or self.how.exact:
+            return [n for n in every if not only or any(fits(n, p) for p in only)]
+        return telling([name for name in every if own.get(name) == other.get(name)] or every)
 
-    def rule(self, name: str) -> tuple[Tolerance, Interpolation]:
-        """Return tolerance and interpolation of a channel."""
+    def rule(
+        self, name: str, own: Curve | None = None, other: Curve | None = None
+    ) -> tuple[Tolerance, Interpolation]:
+        """Return tolerance and interpolation of a channel, given its values in both runs."""
         rule = self.how.channels.get(name)
         if rule is None:
             fit = [r for p, r in self.how.channels.items() if fits(name, p)]
@@ -68,8 +73,13 @@ class Aligned:
         limits = rule.model_dump(exclude={"interpolation"}, exclude_none=True)
         unit = self.baseline.units.get(name) or self.candidate.units.get(name)
         held = unit == "1" or "command" in name
+        tolerance = self.how.tolerance or Tolerance()
+        if self.how.tolerance is None and not self.how.exact and own is not None:
+            axis = name.rpartition(".")[0][-1:]
+            count = self.baseline.counts.get(axis, 0.0) if unit == "m" else 0.0
+            tolerance = sensible(own, own if other is None else other, count)
         return (
-            self.how.tolerance.model_copy(update=limits),
+            tolerance.model_copy(update=limits),
             rule.interpolation or ("hold" if held else "linear"),
         )
 
@@ -120,7 +130,7 @@ class Aligned:
         name : str
             The channel.
         """
-        tolerance, interpolation = self.rule(name)
+        tolerance, interpolation = self.rule(name, baseline, candidate)
         absolute, relative = tolerance.absolute, tolerance.relative
         if tolerance.time == 0.0:
             return beyond_in_value(baseline, candidate, absolute, relative)
@@ -191,8 +201,9 @@ class Curves(NamedTuple):
 def curves(aligned: Aligned, name: str, start: int, stop: int, points: int) -> Curves:
     """Return a channel of two runs at instants [start, stop) in at most `points` bins."""
     (own,), (other,) = aligned.baseline.read([name]), aligned.candidate.read([name])
-    tolerance, interpolation = aligned.rule(name)
+    _, interpolation = aligned.rule(name)
     baseline, candidate = aligned.curves(own, other, interpolation)
+    tolerance, _ = aligned.rule(name, baseline, candidate)
     beyond = aligned.beyond(baseline, candidate, other, name)
     part = slice(start, stop)
     b, c = (curve[part].astype(np.float64) for curve in (baseline, candidate))

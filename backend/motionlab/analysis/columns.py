@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.analysis.alignment import Grid
+from motionlab.config.planar import AXES
 from motionlab.errors import ConfigError, FieldError, StoreError
 from motionlab.telemetry.parquet import read_ticks
 from motionlab.telemetry.recorder import Column, read
@@ -38,12 +41,16 @@ class Columns:
         Its samples; a tick that was not recorded is missing.
     units : dict of str to str
         Of each channel, in the order of the file.
+    counts : dict of str to float
+        What the encoder of each axis resolves, m; empty where the file does not say.
 
     Raises
     ------
     StoreError
         If it cannot be read, or has no ``tick`` or ``time``.
     """
+
+    counts: Mapping[str, float] = MappingProxyType({})
 
     def __init__(self, name: str, open_file: Callable[[], parquet.ParquetFile]) -> None:
         import pyarrow as pa
@@ -60,6 +67,7 @@ class Columns:
                 for field in schema
                 if pa.types.is_floating(field.type) and field.name != "time"
             }
+            self.counts = _counts((schema.metadata or {}).get(b"scenario", b""))
             self._rows = file.metadata.num_rows
             self.grid = self._grid(file)
 
@@ -135,7 +143,7 @@ class _Renamed(Columns):
     """Columns of a run with other letters of its variants."""
 
     def __init__(self, run: Columns, letters: Mapping[str, str]) -> None:
-        self.name, self.grid = run.name, run.grid
+        self.name, self.grid, self.counts = run.name, run.grid, run.counts
         self._run = run
         self._own = {_VARIANT.sub(lambda m: letters.get(m[1], m[1]), n, 1): n for n in run.units}
         self.units = {name: run.units[own] for name, own in self._own.items()}
@@ -185,6 +193,15 @@ def renamed(candidate: Columns, baseline: Columns, letters: Mapping[str, str]) -
     if wrong:
         raise ConfigError(*wrong)
     return _Renamed(candidate, letters)
+
+
+def _counts(scenario: bytes) -> dict[str, float]:
+    """Return what the encoders of the plant of a scenario resolve, by axis, m."""
+    try:
+        plant = json.loads(scenario)["plant"]
+        return {axis: float(plant[axis]["encoder"]["resolution"]) for axis in AXES}
+    except (ValueError, KeyError, TypeError):  # no scenario, or a plant by name
+        return {}
 
 
 def _ends(file: parquet.ParquetFile) -> tuple[tuple[int, int], tuple[int, int]]:

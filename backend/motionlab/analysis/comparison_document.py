@@ -45,6 +45,7 @@ class ChannelComparison(BaseModel):
     at: Place | None = Field(description="Where that is first")
     beyond: float | None = Field(description="Share of the instants beyond the tolerance")
     rms: float | None = Field(description="Root mean square of the difference")
+    range: float | None = Field(description="Largest less least value of the baseline")
     compared: int = Field(description="Instants at which both have a value")
     single: int = Field(description="Instants at which only one has; beyond any value")
 
@@ -68,4 +69,4 @@ class Comparison(BaseModel):
     channels: list[ChannelComparison]
     within: int = Field(description="Channels within tolerance")
     holds: bool = Field(description="Whether all are")
-    headline: str
+    headline: str = Field(description="The verdict as a sentence")

@@ -62,7 +62,16 @@ class Comparing(BaseModel):
     end: float | None = Field(
         default=None, strict=True, description="Time of a at which the comparison ends, s"
     )
-    tolerance: Tolerance = Field(default=Tolerance(), description="Of all channels")
+    tolerance: Tolerance | None = Field(
+        default=None,
+        description="Of all channels; left out: 2 % of the baseline's range, six times its noise "
+        "and an encoder count, 1 ms in time",
+    )
+    exact: bool = Field(
+        default=False,
+        strict=True,
+        description="Every channel, and equal values where no tolerance is given",
+    )
     channels: dict[Pattern, Rule] = Field(
         default_factory=dict,
         max_length=RULES_MAX,
@@ -72,7 +81,8 @@ class Comparing(BaseModel):
     only: list[Pattern] = Field(
         default_factory=list,
         max_length=RULES_MAX,
-        description="Names or patterns of the channels to compare; all when left out",
+        description="Names or patterns of the channels to compare; left out: eight at most that "
+        "tell how the motion was, following errors, forces and currents",
     )
     variants: dict[VariantName, VariantName] = Field(
         default_factory=dict,

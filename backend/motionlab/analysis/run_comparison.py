@@ -13,6 +13,7 @@ from motionlab.analysis.columns import Columns
 from motionlab.analysis.comparison_document import ChannelComparison, Comparison, Side, Verdict
 from motionlab.analysis.comparison_options import Comparing
 from motionlab.analysis.curve_difference import Curve, Difference, within
+from motionlab.analysis.judgement import CHANNELS_MAX, spread, verdict
 
 _BATCH = 6  # columns that a thread reads at a time: fewer read the file's footer too often
 _THREADS = 4
@@ -26,7 +27,7 @@ def size(baseline: Columns, candidate: Columns) -> int:
     return (
         baseline.size(columns)
         + candidate.size(columns)
-        + (_DOUBLES + 2 * _threads()) * ticks * np.dtype(np.float64).itemsize
+        + (_DOUBLES + 6 * _threads()) * ticks * np.dtype(np.float64).itemsize
     )
 
 
@@ -75,9 +76,12 @@ def compare(
         except BaseException:
             threads.shutdown(cancel_futures=True)
             raise
+    if not (how.only or how.exact):
+        some = [channel for channel in channels if channel.verdict != "empty"]
+        channels = (some or channels)[:CHANNELS_MAX]
     good = sum(channel.verdict == "within" for channel in channels)
     count, path = aligned.alignment.instants, aligned.alignment.path
-    return Comparison(
+    comparison = Comparison(
         a=_side(baseline),
         b=_side(candidate),
         align=how.align,
@@ -92,8 +96,9 @@ def compare(
         channels=channels,
         within=good,
         holds=good == len(channels),
-        headline=f"{good} of {len(channels)} channels hold",
+        headline="",
     )
+    return comparison.model_copy(update={"headline": verdict(comparison)})
 
 
 def _channels(aligned: Aligned, names: Sequence[str]) -> list[ChannelComparison]:
@@ -113,20 +118,21 @@ def _channels(aligned: Aligned, names: Sequence[str]) -> list[ChannelComparison]
 
 
 def _channel(aligned: Aligned, name: str, own: Curve, other: Curve) -> ChannelComparison:
-    tolerance, interpolation = aligned.rule(name)
+    _, interpolation = aligned.rule(name)
     baseline, candidate = aligned.curves(own, other, interpolation)
+    tolerance, _ = aligned.rule(name, baseline, candidate)
     difference = within(baseline, candidate, tolerance.absolute, tolerance.relative)
     if difference.beyond and tolerance.time > 0.0:
         flags = aligned.beyond(baseline, candidate, other, name)
         difference = difference._replace(beyond=int(np.count_nonzero(flags)))
-    return _verdict(aligned, name, difference)
+    return _verdict(aligned, name, difference, baseline, candidate)
 
 
 def _verdict(
-    aligned: Aligned, name: str, difference: Difference | None = None
+    aligned: Aligned, name: str, difference: Difference | None = None, *values: Curve
 ) -> ChannelComparison:
     """Return the verdict of a channel; without a difference it could not be compared."""
-    tolerance, interpolation = aligned.rule(name)
+    tolerance, interpolation = aligned.rule(name, *values)
     units = (aligned.baseline.units.get(name), aligned.candidate.units.get(name))
     verdict: Verdict
     if None in units:
@@ -154,6 +160,7 @@ def _verdict(
         if difference and compared + single
         else None,
         rms=difference.rms if difference and compared else None,
+        range=spread(values[0]) if values and compared else None,
         compared=compared,
         single=single,
     )

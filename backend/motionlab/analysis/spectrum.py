@@ -224,10 +224,10 @@ def _weights(window: Window, count: int) -> Array:
 def peaks(density: Spectrum) -> tuple[list[Peak], Bands]:
     """Return the peaks that stand out, and the bands of the spectrum without its lines.
 
-    A line is a bin above all noise (chance of one in a thousand for the whole spectrum, from the
-    median of 33 bins) whose window holds more than half of the power above the noise within 10 bins
-    on either side. A broad peak is a maximum of the bands, a twelfth of an octave or 32 bins wide,
-    6 dB above the valleys on either side.
+    A line is a bin above both neighbours and all noise (chance of one in a thousand for the whole
+    spectrum, from the median of 33 bins) whose window holds more than half of the power above the
+    noise within 10 bins on either side. A broad peak is a maximum of the bands, a twelfth of an
+    octave or 32 bins wide, 6 dB above the valleys on either side.
 
     Returns
     -------
@@ -251,7 +251,7 @@ def _lines(density: Spectrum) -> tuple[list[Peak], NDArray[np.bool_]]:
     degrees = (density.averages + 1) / 2
     noise = _noise(S) / _share(0.5, degrees)
     high = _share(1.0 - _CHANCE / len(S), degrees) * noise
-    top = (S > high) & (S >= np.append(S[1:], 0.0)) & (S >= np.append(0.0, S[:-1]))
+    top = (S > high) & (S >= np.append(S[1:], 0.0)) & (S >= np.append(np.inf, S[:-1]))
     above = np.maximum(S - noise, 0.0)
     lines: list[Peak] = []
     candidates = np.flatnonzero(top)

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 EXAMPLES = """\
 examples:
   motionlab compare r-gpd6hecc7x3n r-cb3v3zvyllhu
-  motionlab compare baseline.parquet candidate.csv --tolerance 1e-9,1e-6
+  motionlab compare baseline.parquet candidate.csv --exact
+  motionlab compare baseline.parquet candidate.csv --only '*' --tolerance 1e-9,1e-6
   motionlab compare a.parquet b.parquet --tolerance '*.following_error=2e-6,0' --only '*_error'
   motionlab compare a.parquet b.parquet --align reference --time-tolerance 0.002
   motionlab compare a.parquet b.parquet --from 0.5 --to 10
@@ -33,7 +34,8 @@ def add(commands: Any) -> None:
     parser = commands.add_parser(
         "compare",
         help="compare two runs, channel by channel",
-        description="Compare every channel of run B with that of run A, the baseline.",
+        description="Compare channels of run B with those of run A, the baseline: the following "
+        "errors, forces and currents, within tolerances that follow from range, noise and encoder.",
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -85,14 +87,20 @@ def add_comparing(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         help="max(ABS, REL |baseline|) in SI, and a tolerance in time, of all channels or of those "
-        "that fit a name such as '*.following_error' (repeatable; default: 0,0)",
+        "that fit a name such as '*.following_error' (repeatable; default: 2 %% of the baseline's "
+        "range, six times its noise and an encoder count; 1 ms)",
+    )
+    parser.add_argument(
+        "--exact",
+        action="store_true",
+        help="every channel, and equal values where no tolerance is given",
     )
     parser.add_argument(
         "--time-tolerance",
         metavar="S",
         type=float,
-        default=0.0,
-        help="time by which a value may come earlier or later, s (default: %(default)s)",
+        help="time by which a value may come earlier or later, s (default: 1 ms without a "
+        "tolerance, else none)",
     )
     parser.add_argument(
         "--interpolation",
@@ -103,7 +111,12 @@ def add_comparing(parser: argparse.ArgumentParser) -> None:
         "flags and commands, otherwise linear)",
     )
     parser.add_argument(
-        "--only", metavar="CHANNEL", action="append", default=[], help="compare these alone"
+        "--only",
+        metavar="CHANNEL",
+        action="append",
+        default=[],
+        help="compare these, '*' all (repeatable; default: eight at most that tell how the motion "
+        "was)",
     )
     parser.add_argument(
         "--variant",
@@ -142,7 +155,9 @@ def comparing_of(options: argparse.Namespace) -> Comparing:
     from motionlab.config.validation_errors import field_errors
     from motionlab.errors import ConfigError, FieldError
 
-    every: dict[str, float] = {"time": options.time_tolerance}
+    every: dict[str, float] = {}
+    if options.time_tolerance is not None:
+        every["time"] = options.time_tolerance
     channels: dict[str, dict[str, Any]] = {}
     for text in options.tolerance:
         name, equals, numbers = text.rpartition("=")
@@ -171,7 +186,8 @@ def comparing_of(options: argparse.Namespace) -> Comparing:
                 "samples": options.samples,
                 "start": options.start,
                 "end": options.end,
-                "tolerance": every,
+                "tolerance": every or None,
+                "exact": options.exact,
                 "channels": channels,
                 "only": options.only,
                 "variants": variants,

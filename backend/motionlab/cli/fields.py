@@ -1,14 +1,18 @@
-"""The commands ``motionlab fields`` and ``motionlab laws``."""
+"""The commands ``motionlab fields``, ``laws``, ``new-law`` and ``check-law``."""
 
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import fnmatch
 import json
+import sys
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from motionlab.cli.messages import say
 from motionlab.cli.output import show
-from motionlab.errors import DONE
+from motionlab.errors import DONE, FAILED, ConfigError, FieldError
 from motionlab.studies.options import add_json, add_set, source
 
 if TYPE_CHECKING:
@@ -24,6 +28,14 @@ examples:
   motionlab fields --kind waypoints
 
 `motionlab docs scenarios` explains them.
+"""
+_NEW_LAW = """\
+examples:
+  motionlab new-law mine
+  motionlab serve --laws laws
+  motionlab run circle --laws laws --set variants.B.controller.compensation.law=mine
+
+`motionlab docs own-law` explains the file.
 """
 _LONG = 40  # characters of a value
 
@@ -68,6 +80,28 @@ def add(commands: Any) -> None:
     )
     add_json(parser)
     parser.set_defaults(command=_laws)
+
+    parser = commands.add_parser(
+        "new-law",
+        help="write the file of a law of friction compensation of one's own",
+        description="Write a law to begin with, PD with static friction, as a file of 15 lines.",
+        epilog=_NEW_LAW,
+    )
+    parser.add_argument("name", metavar="NAME", help="of the law: small letters, digits and -")
+    parser.add_argument(
+        "--folder", metavar="FOLDER", type=Path, default=Path("laws"), help="(%(default)s)"
+    )
+    parser.set_defaults(command=_new_law)
+
+    parser = commands.add_parser(
+        "check-law",
+        help="check the file of a law of one's own, as a server does before it takes one",
+        description="Import, compile and run a law in a process of its own, with bounds of time "
+        "and memory, and say with file and line why it cannot be taken.",
+    )
+    parser.add_argument("file", metavar="FILE", type=Path)
+    add_json(parser)
+    parser.set_defaults(command=_check_law)
 
 
 def _fields(options: argparse.Namespace) -> int:
@@ -155,7 +189,7 @@ def _text(value: Any) -> str:
 def _laws(options: argparse.Namespace) -> int:
     from motionlab.config.controller import CompensationConfig
     from motionlab.config.fields import values_of
-    from motionlab.laws import LAWS
+    from motionlab.laws import LAWS, PROBLEMS
     from motionlab.reports.tables import table
 
     of = {each.path: each for each in values_of(CompensationConfig())}
@@ -169,6 +203,8 @@ def _laws(options: argparse.Namespace) -> int:
         }
         for law in LAWS.values()
     ]
+    for problem in PROBLEMS:
+        print(f"motionlab: not taken: {problem}", file=sys.stderr)
     if options.json:
         print(json.dumps(laws, allow_nan=False))
         return DONE
@@ -180,3 +216,31 @@ def _laws(options: argparse.Namespace) -> int:
             rows.append((f"  {each['path']}", *cells))
     show(table(("law, parameter", "default", "unit", "allowed", "meaning"), rows))
     return DONE
+
+
+def _new_law(options: argparse.Namespace) -> int:
+    from motionlab.own_laws.template import write_template
+
+    path = write_template(options.name, options.folder)
+    print(path)
+    say(
+        f"motionlab run circle --laws {options.folder} "
+        f"--set variants.B.controller.compensation.law={options.name}"
+    )
+    return DONE
+
+
+def _check_law(options: argparse.Namespace) -> int:
+    from motionlab.own_laws.check import check_file
+
+    if not options.file.is_file():
+        raise ConfigError(FieldError("FILE", "is no file", str(options.file)))
+    result = check_file(options.file.resolve())
+    if options.json:
+        print(json.dumps(dataclasses.asdict(result)))
+    elif result.problems:
+        for problem in result.problems:
+            print(problem)
+    else:
+        print(f"{result.name}: can be taken")
+    return FAILED if result.problems else DONE

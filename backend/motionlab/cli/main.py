@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import importlib
+import os
 import select
 import shlex
 import sys
@@ -30,7 +32,7 @@ from motionlab.executors.progress import first_use, progress_shown
 _MODULES = {
     "run": ("run",),
     "scenarios": ("scenarios", "show", "new", "schema"),
-    "fields": ("fields", "laws"),
+    "fields": ("fields", "laws", "new-law", "check-law"),
     "check": ("check",),
     "loop": ("loop",),
     "plot": ("plot",),
@@ -87,6 +89,7 @@ def _carry_out(arguments: Sequence[str] | None) -> int:
         return _complain("stdout is closed: there is nowhere to print a result", FAILED)
     words = sys.argv[1:] if arguments is None else list(arguments)
     started = time.perf_counter()
+    _take_laws(words)
     try:
         try:
             parsed = words if words not in ([], ["help"]) else ["--help"]
@@ -114,6 +117,19 @@ def _carry_out(arguments: Sequence[str] | None) -> int:
         left = isinstance(error, BrokenPipeError) and _reader_has_left()
         discard(sys.stdout)
         return DONE if left else _complain(str(error), FAILED)
+
+
+def _take_laws(words: Sequence[str]) -> None:
+    """Name the folder of ``--laws`` in the environment, before anything that reads laws."""
+    parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
+    parser.add_argument("--laws", action="append", default=[])
+    with contextlib.suppress(argparse.ArgumentError):  # the command's own parser refuses it
+        folders = parser.parse_known_args(words)[0].laws
+        if folders:
+            before = filter(None, [os.environ.get("MOTIONLAB_LAWS")])
+            os.environ["MOTIONLAB_LAWS"] = os.pathsep.join(
+                [*map(os.path.abspath, folders), *before]
+            )
 
 
 def _complain(message: str, code: int) -> int:

@@ -16,6 +16,7 @@ _NUMBER = re.compile(r"(.+?): invalid (int|float) value: (.*)")
 _NEGATIVE = re.compile(r"-\.?\d|-inf|-nan", re.IGNORECASE)
 _MISSING = "the following arguments are required: "
 _QUIET = "print results and errors alone: no progress, no notes"
+_LAWS = "folder, or file, of laws of one's own (MOTIONLAB_LAWS); docs/own-law.md"
 _VERBOSE = "say how long it took, and where in the program an error arose"
 _MEANT = {
     "convert": "export",
@@ -73,6 +74,8 @@ class Parser(argparse.ArgumentParser):
         self.add_argument(
             "-v", "--verbose", action="store_true", default=argparse.SUPPRESS, help=_VERBOSE
         )
+        # Taken by `cli.main` before a command is imported.
+        self.add_argument("--laws", metavar="FOLDER", default=argparse.SUPPRESS, help=_LAWS)
 
     def parse_known_args(  # pyright: ignore[reportIncompatibleMethodOverride]
         self, args: Sequence[str] | None = None, namespace: Any = None

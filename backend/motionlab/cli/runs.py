@@ -61,6 +61,8 @@ def _list(options: argparse.Namespace) -> int:
         _check_key(term)
     search = parse(" ".join(quoted(term) for term in options.search))
     library().recover()  # what a killed server left
+    while library().add_margins():
+        pass
     page = library().index.page(search, sort=options.sort, limit=options.limit)
     if options.json:
         print(json.dumps(page.model_dump(mode="json")))

@@ -83,6 +83,10 @@ def _serve(options: argparse.Namespace) -> int:
         print(table(("setting", "value", "from", "unit", "range"), loaded.rows()))
         return DONE
 
+    from motionlab.own_laws.accepted import accept_files
+
+    for problem in accept_files(loaded.settings.laws or ""):  # before anything that imports laws
+        print(f"motionlab: law not taken: {problem}", file=sys.stderr)
     from motionlab.server.serve import serve
 
     serve(loaded, opens=options.open)

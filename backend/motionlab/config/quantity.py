@@ -145,7 +145,7 @@ def declared_field(parameter: Parameter, used_with: Any) -> Any:
     number = quantity(
         each.description,
         label=each.label,
-        unit=each.unit,
+        unit=each.unit or "1",
         shown=each.shown,
         source=each.source,
         default=each.default,

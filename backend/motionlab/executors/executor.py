@@ -133,6 +133,10 @@ class Pool(Executor):
     def result(self, future: Any) -> Any:
         """Return the result of a future that is done; TimeoutError if it has been lost since."""
 
+    def under_way(self) -> float:
+        """Return the sum of the shares that are done of tasks which have not ended."""
+        return 0.0
+
     def check(self) -> None:
         """Raise WorkerLost if no further result can come; called while results are awaited."""
 
@@ -155,13 +159,16 @@ class Pool(Executor):
         done: queue.SimpleQueue[int] = queue.SimpleQueue()
         answers: dict[int, Callable[[], ResultT]] = {}
         arrived = following = 0
+        share = 0.0
         futures = self.submit(function, tasks)
         try:
             for index, future in enumerate(futures):
                 future.add_done_callback(lambda _, index=index: done.put(index))
             while following < len(tasks):
                 if progress is not None:
-                    progress(arrived / len(tasks))
+                    # One that has ended may not have arrived yet; progress does not go back.
+                    share = max(share, min(1.0, (arrived + self.under_way()) / len(tasks)))
+                    progress(share)
                 self.check()
                 try:
                     index = done.get(timeout=_POLL)

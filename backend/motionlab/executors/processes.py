@@ -25,7 +25,11 @@ class Processes(Pool):
         context = multiprocessing.get_context("spawn")
         self._count = count
         self._stop = context.Event()
-        self._pool = ProcessPoolExecutor(count, context, initializer=_start, initargs=(self._stop,))
+        self._shares = context.Array("d", count, lock=False)
+        places = context.Value("i", 0)
+        self._pool = ProcessPoolExecutor(
+            count, context, initializer=_start, initargs=(self._stop, self._shares, places)
+        )
 
     @property
     def workers(self) -> int:
@@ -36,6 +40,10 @@ class Processes(Pool):
         """Return a future for each task."""
         with _one_thread_each(), _without_main():
             return [self._pool.submit(_carry_out, function, task) for task in tasks]
+
+    def under_way(self) -> float:
+        """Return the sum of the shares that are done of tasks which have not ended."""
+        return sum(self._shares)
 
     def result(self, future: Future[Any]) -> Any:
         """Return the result of a future that is done."""
@@ -68,12 +76,18 @@ class _Stopped(Exception):
 
 _main_lock = threading.Lock()
 _stop: Event | None = None
+_shares: Any = None
+_place = 0
 
 
-def _start(stop: Event) -> None:
-    """Prepare a worker process."""
-    global _stop  # noqa: PLW0603 - an event reaches a process only when it starts
-    _stop = stop
+def _start(stop: Event, shares: Any, places: Any) -> None:
+    """Prepare a worker process, whose share is at the next place of `shares`."""
+    # What is shared reaches a process only when it starts.
+    global _stop, _shares, _place  # noqa: PLW0603
+    _stop, _shares = stop, shares
+    with places.get_lock():
+        _place = places.value % len(shares)
+        places.value += 1
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # an interrupt is the parent's to handle
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
@@ -86,12 +100,21 @@ def _end_with_parent() -> None:
 
 
 def _carry_out(function: Callable[..., Any], task: Any) -> Any:
-    return function(task, _tell)
+    try:
+        return function(task, _tell)
+    finally:
+        _note(0.0)
 
 
-def _tell(_: float) -> None:
+def _tell(share: float) -> None:
     if _stop is not None and _stop.is_set():
         raise _Stopped
+    _note(share)
+
+
+def _note(share: float) -> None:
+    if _shares is not None:
+        _shares[_place] = share
 
 
 @contextmanager

@@ -6,7 +6,7 @@ writes lies in rows of eight lanes; a call writes the lanes that have this law, 
 
 from __future__ import annotations
 
-import itertools
+import hashlib
 import threading
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -42,7 +42,7 @@ from motionlab.lanes import (
     unpack,
 )
 from motionlab.lanes.compiler import entry
-from motionlab.laws import LAWS
+from motionlab.laws import LAWS, OWN, SHIPPED, SOURCES, renewed
 from motionlab.laws.law import Estimate, Law
 from motionlab.plant.friction import LuGre
 
@@ -88,26 +88,40 @@ class Laws(NamedTuple):
     addresses: NDArray[np.int64]  # of the machine code of each law, (laws,)
     used: NDArray[np.int64]  # 1 where a lane has this law; overwritten
     rows: Array  # (vectors, ROWS, WIDTH); overwritten
+    carried: NDArray[np.int64]  # row of the state of one law for each of another; -1: none
 
 
 @compiled
-def adopt_states(parameters: Array, state: Array) -> None:
+def adopt_states(parameters: Array, state: Array, carried: NDArray[np.int64]) -> None:
     """Give lanes whose law has changed a state of their new one.
 
     Fields of the same name are carried over, others begin at 0: a number of one law means nothing
     to another.
     """
+    laws = carried.shape[0]
     for place in range(state.shape[1]):
         before, after = int(state[LAW_OF_STATE, place]), int(parameters[LAW_NUMBER, place])
-        if before != after:
-            _carry_over(before, after, state, place)
+        if before != after and 0 <= before < laws and 0 <= after < laws:
+            old = (  # a tuple: code for browsers has no memory to take
+                state[LAW_STATE, place],
+                state[LAW_STATE + 1, place],
+                state[LAW_STATE + 2, place],
+                state[LAW_STATE + 3, place],
+                state[LAW_STATE + 4, place],
+                state[LAW_STATE + 5, place],
+                state[LAW_STATE + 6, place],
+                state[LAW_STATE + 7, place],
+            )
+            for row in range(_STATES):
+                source = carried[before, after, row]
+                state[LAW_STATE + row, place] = old[source] if source >= 0 else 0.0
             state[LAW_OF_STATE, place] = after
 
 
 @compiled
 def enter_laws(parameters: Array, state: Array, laws: Laws) -> None:
     """Write parameters and state of lanes into the rows of their laws' calls."""
-    adopt_states(parameters, state)
+    adopt_states(parameters, state, laws.carried)
     used, rows = laws.used, laws.rows
     used[:] = 0
     for vector in range(rows.shape[0]):
@@ -182,10 +196,13 @@ def on_rows(number: int, law: Law) -> Callable[[Array], None]:
 
 
 def _numbered() -> tuple[dict[str, int], list[Law]]:
-    """Return the number of each law, and a law of each number; laws of one step share it."""
+    """Return the number of each law, and a law of each number; laws of one step share it.
+
+    Those that ship come first: their numbers stand in the page's module.
+    """
     numbers: dict[str, int] = {}
     by_number: dict[Any, Law] = {}
-    for law in LAWS.values():
+    for law in (*SHIPPED.values(), *OWN.values()):
         alike = (law.step, law.Parameters, law.State, law.limits, law.sliding)
         by_number.setdefault(alike, law)
         numbers[law.name] = list(by_number).index(alike)
@@ -193,34 +210,31 @@ def _numbered() -> tuple[dict[str, int], list[Law]]:
 
 
 _NUMBERS, LAWS_BY_NUMBER = _numbered()
+SHIPPED_BY_NUMBER = LAWS_BY_NUMBER[: 1 + max(_NUMBERS[name] for name in SHIPPED)]
 
 
-def _of_any(name: str, record: Any) -> str:
-    numbers = (number for number, law in enumerate(LAWS_BY_NUMBER) if law.State is record)
-    return "(" + " or ".join(f"{name} == {number}" for number in numbers) + ")"
+def _carried(laws: list[Law]) -> NDArray[np.int64]:
+    """Return the row of one law's state that each row of another's takes over, or -1.
+
+    Shape (laws, laws, rows of a state): from, to.
+    """
+    rows = np.full((len(laws), len(laws), _STATES), -1, dtype=np.int64)
+    for i, before in enumerate(laws):
+        for j, after in enumerate(laws):
+            if before.State is after.State:
+                rows[i, j] = np.arange(_STATES)
+                continue
+            for row, name in enumerate(after.State._fields):
+                if name in before.State._fields:
+                    rows[i, j, row] = before.State._fields.index(name)
+    return rows
 
 
-def _carrying() -> Callable[[int, int, Array, int], None]:
-    """Return the function that carries the state of one law over to another, row by row."""
-    records = dict.fromkeys(law.State for law in LAWS_BY_NUMBER)
-    lines = ["def carry_over(before, after, state, place):"]
-    for one, other in itertools.permutations(records, 2):
-        sources = [
-            f"state[{LAW_STATE + one._fields.index(name)}, place]" if name in one._fields else "0.0"
-            for name in other._fields
-        ] + ["0.0"] * (_STATES - len(other._fields))
-        lines.append(f"    if {_of_any('before', one)} and {_of_any('after', other)}:")
-        values = ", ".join(f"v_{row}" for row in range(_STATES))
-        lines.append(f"        {values} = {', '.join(sources)}")
-        lines += [f"        state[{LAW_STATE + row}, place] = v_{row}" for row in range(_STATES)]
-    scope: dict[str, Any] = {}
-    exec("\n".join([*lines, "    return"]), scope)
-    return scope["carry_over"]
-
-
-_carry_over = compiled(_carrying())
+_CARRIED = _carried(LAWS_BY_NUMBER)
+SHIPPED_CARRIED = _carried(SHIPPED_BY_NUMBER)
 _ADDRESSES = np.zeros(len(LAWS_BY_NUMBER), dtype=np.int64)
 _CODE: dict[int, Any] = {}
+_KEPT: list[Any] = []  # code of former versions, which a loop may be in
 _LOCK = threading.Lock()
 
 
@@ -261,7 +275,8 @@ def laws_of(parameters: Array) -> Laws:
 
 
 def _calls(vectors: int) -> Laws:
-    return Laws(_ADDRESSES, np.zeros_like(_ADDRESSES), np.zeros((vectors, ROWS, WIDTH)))
+    used, rows = np.zeros_like(_ADDRESSES), np.zeros((vectors, ROWS, WIDTH))
+    return Laws(_ADDRESSES, used, rows, _CARRIED)
 
 
 def _require(number: int) -> None:
@@ -270,18 +285,47 @@ def _require(number: int) -> None:
             _compile(number)
 
 
+def renew_law(name: str, text: str | None = None) -> None:
+    """Take another version of a law's file: lanes that have the law call it from now on.
+
+    Parameters
+    ----------
+    name, text
+        As `motionlab.laws.renewed`.
+
+    Raises
+    ------
+    DeclarationError
+        As `motionlab.laws.renewed`; the former version stays.
+    """
+    number, before = _NUMBERS[name], OWN[name]
+    law = renewed(name, text)
+    with _LOCK:
+        former, LAWS_BY_NUMBER[number] = LAWS_BY_NUMBER[number], law
+        try:
+            _compile(number)
+        except Exception:
+            LAWS_BY_NUMBER[number] = former
+            OWN[name] = LAWS[name] = before
+            raise
+
+
 def _compile(number: int) -> None:
     call = on_rows(number, LAWS_BY_NUMBER[number])
     if _numba.config.DISABLE_JIT:
         _CODE[number] = call
         return
 
-    @entry(types.void(types.CPointer(types.float64)))
     def at(pointer: Any) -> None:
         call(carray(pointer, (ROWS, WIDTH)))
 
-    _CODE[number] = at
-    _ADDRESSES[number] = at.address
+    if source := SOURCES.get(LAWS_BY_NUMBER[number].name):
+        # Compiled code is kept under this name: the model's hash does not know the file.
+        at.__qualname__ += f"-{hashlib.sha256(source.encode()).hexdigest()[:16]}"
+    code = entry(types.void(types.CPointer(types.float64)))(at)
+    _KEPT.append(_CODE.get(number))
+    _CODE[number] = code
+    _ADDRESSES[number] = code.address
 
 
 def call_law(law: int, _addresses: NDArray[np.int64], rows: Array, vector: int) -> None:

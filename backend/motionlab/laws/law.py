@@ -70,14 +70,15 @@ def _nothing(*_: Any) -> None:
     return None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Law:
     """A law of friction compensation.
 
     Attributes
     ----------
     name, label, description, source : str
-        Name in configs, name on the screen, what it is in a sentence, where it comes from.
+        Name in configs, name on the screen (left out: the same), what it is in a sentence, where it
+        comes from.
     step : callable
         ``step(par, state, seen) -> (Estimate, state)``, a function of lanes: records of the types
         `Parameters` and `State`, and a `Seen`.
@@ -103,9 +104,9 @@ class Law:
     """
 
     name: str
-    label: str
+    label: str = ""
     description: str
-    source: str
+    source: str = "a law of one's own"
     step: Callable[[Any, Any, Seen], tuple[Estimate, Any]]
     Parameters: Any
     State: Any = NoState
@@ -116,6 +117,11 @@ class Law:
     limits: tuple[str, ...] = field(default=())
     quotient: Callable[[Mapping[str, Any]], str | None] = _nothing
     refuse: Callable[[Mapping[str, Any], LuGre], Refusal | None] = _nothing
+
+    def __post_init__(self) -> None:
+        """Take the name as the label where there is none."""
+        if self.label == "":
+            object.__setattr__(self, "label", self.name)
 
     def lane_parameters(self, values: Mapping[str, Any], friction: LuGre) -> Any:
         """Return `Parameters` of one lane, as plain numbers."""

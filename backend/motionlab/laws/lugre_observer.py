@@ -26,6 +26,7 @@ BRISTLE_LIMIT = Parameter(
     "bristle_limit",
     "Largest bristle estimate, in units of F_s/sigma_0; left out: 1.2 for residual-k and "
     "reversed-k, none otherwise",
+    unit="1",
     gt=0,
     le=1000,
     usual=(0.1, 10.0),

@@ -36,6 +36,7 @@ RESIDUAL_BANDWIDTH = Parameter(
 REGULARISATION = Parameter(
     "regularisation",
     "What keeps e_z finite where D crosses zero, in units of sigma_0 (residual-k)",
+    unit="1",
     default=0.4,
     gt=0,
     le=10,

@@ -38,6 +38,7 @@ K_D_SHARE = Parameter(
     "Share of k_d in the denominator of (25) (reversed-k): 0 leaves K = -(M a - u)/sigma_1; "
     "0.001 takes the number of Table 1, in N s/mm, as N s/m",
     label="share of k_d",
+    unit="1",
     default=0.0,
     ge=0,
     le=1,

@@ -1,26 +1,31 @@
-"""Stretches of live sessions that are kept as runs of their own."""
+"""Stretches of live sessions and simulations that are kept as runs of their own."""
 
 from __future__ import annotations
 
 import contextlib
 import time
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from motionlab.analysis.glitches import glitches
 from motionlab.config.load import load_scenario
+from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
 from motionlab.errors import StoreError
 from motionlab.library.description import thumbnail
 from motionlab.library.library import Library
-from motionlab.library.new_run import live_run
+from motionlab.library.new_run import live_run, new_run
 from motionlab.library.recorded import scenario_of
-from motionlab.library.run import NOTE_MAX, RunDetail, new_id
+from motionlab.library.run import NAME_MAX, NOTE_MAX, Capture, RunDetail, new_id
+from motionlab.library.stability_margins import stability_margins
 from motionlab.simulation.result import metadata
 from motionlab.telemetry import recorder
+from motionlab.telemetry.expressions.columns import compile_columns, values_of
 from motionlab.telemetry.parquet import read_ticks
-from motionlab.telemetry.recording import as_recording
+from motionlab.telemetry.recording import Recording
 from motionlab.timing import CONTROL_PERIOD
 
 TAG = "capture"
@@ -40,6 +45,12 @@ class About(NamedTuple):
         Title of the drive link that moves; empty for a simulated session.
     automatic : bool
         Whether a program kept it as it came; then it may be evicted.
+    simulated : bool
+        Whether it is of a simulation, and not of a session.
+    trigger : int or None
+        Tick at which it was triggered; its first one when left out.
+    columns : sequence of str
+        Channels of the trigger, also math channels.
     """
 
     origin: str
@@ -47,6 +58,9 @@ class About(NamedTuple):
     note: str
     drive: str
     automatic: bool = False
+    simulated: bool = False
+    trigger: int | None = None
+    columns: Sequence[str] = ()
 
 
 def recorded_stretch(
@@ -90,10 +104,10 @@ def recorded_stretch(
 def keep_capture(
     library: Library,
     scenario: Scenario,
-    samples: tuple[int, NDArray[np.float32]],
+    recording: Recording,
     about: About,
 ) -> RunDetail:
-    """Keep a stretch of a session as a run, tagged as a capture.
+    """Keep a stretch of a session or a simulation as a run, tagged as a capture.
 
     It has every channel and no scenario to simulate again: it did not begin at rest.
 
@@ -103,29 +117,37 @@ def keep_capture(
         Where it is kept.
     scenario : Scenario
         What is in effect in the session.
-    samples : tuple of int and ndarray of float32, shape (columns, ticks)
-        First tick, and all columns as `stream_columns` orders them.
+    recording : Recording
+        The stretch.
     about : About
         What is said of it.
 
     Raises
     ------
+    ConfigError
+        If a channel of the trigger is not there.
     StoreError
         If it cannot be kept; `StoreFull` where there is no room. Nothing is kept then.
     """
-    first, data = samples
-    stop = first + data.shape[1]
-    recording = as_recording(first, data, dict.fromkeys(scenario.variants))
+    first, stop = recording.first_tick, recording.first_tick + recording.ticks
+    tick = first if about.trigger is None else about.trigger
     times = f"{first * CONTROL_PERIOD:.8g} to {stop * CONTROL_PERIOD:.8g} s"
     where = f"{times} of {about.origin or scenario.name}."
-    run = live_run(scenario, new_id(), time.time(), drive=about.drive)
+    if about.simulated:
+        run = new_run("simulation", scenario, {})
+    else:
+        run = live_run(scenario, new_id(), time.time(), drive=about.drive)
     run = run.model_copy(
         update={
             "state": "complete",
-            "name": about.name or f"{scenario.name} at {first * CONTROL_PERIOD:.8g} s",
+            "name": about.name
+            or f"capture at {tick * CONTROL_PERIOD:.8g} s, {run.name}"[:NAME_MAX],
+            "named": bool(about.name),
             "note": f"{about.note}\n{where}".strip()[:NOTE_MAX],
             "tags": [TAG],
             "kept": not about.automatic,
+            "capture": capture_figures(recording, scenario, about),
+            "metrics": {} if about.drive else stability_margins(scenario),
             "ticks": recording.ticks,
             "thumbnail": thumbnail(recording, (first, stop)),
             "scenario_document": None,
@@ -133,3 +155,53 @@ def keep_capture(
     )
     facts = metadata(scenario)
     return library.keep_file(run, lambda part: recorder.write(recording, part, metadata=facts))
+
+
+def capture_figures(recording: Recording, scenario: Scenario, about: About) -> Capture:
+    """Return what a list shows of a capture.
+
+    Parameters
+    ----------
+    recording : Recording
+        Of the capture.
+    scenario : Scenario
+        What is in effect in it.
+    about : About
+        What triggered it, and when.
+
+    Raises
+    ------
+    ConfigError
+        If a channel of the trigger is not there, or cannot be computed.
+    """
+    columns = {name: (channel, values) for name, channel, values in recorder.columns(recording)}
+    units = {name: channel.unit for name, (channel, _) in columns.items()}
+    math = compile_columns(about.columns, units, CONTROL_PERIOD)
+    first = recording.first_tick
+    trigger = first if about.trigger is None else about.trigger
+    heights: dict[str, float] = {}
+    for axis, velocity in zip(AXES, recording.references[1], strict=True):
+        count = getattr(scenario.plant, axis).encoder.resolution
+        for variant, record in recording.variants.items():
+            error = record.channel("following_error", axis).astype(np.float64)
+            turns = glitches(velocity, error, count=count, period=CONTROL_PERIOD)
+            nearest = min(turns, key=lambda turn: abs(first + turn.tick - trigger), default=None)
+            if nearest is not None:
+                heights[f"{variant}.{axis}.following_error"] = nearest.height
+    errors = [f"{name}.{axis}.following_error" for name in scenario.variants for axis in AXES]
+    peaks: dict[str, float] = {}
+    for name in dict.fromkeys([*errors, *about.columns]):
+        if name in math:
+            values = values_of(math[name], lambda source: columns[source][1])
+        else:
+            values = columns[name][1]
+        finite = values[np.isfinite(values)]
+        if finite.size:
+            peaks[name] = float(finite[np.argmax(np.abs(finite))])
+    return Capture(
+        origin=about.origin,
+        from_tick=first,
+        trigger_tick=trigger,
+        peaks=peaks,
+        glitches=heights,
+    )

@@ -18,7 +18,7 @@ from motionlab.errors import ConfigError, FieldError, StoreError, StoreFull, nee
 from motionlab.files import complete_file, private_file
 from motionlab.library.postgresql import Deadline, connect_arguments
 
-VERSION = "0007"
+VERSION = "0008"
 """Version of the tables; migrations/versions has the way there."""
 
 _MAPPED = 1 << 30  # bytes of SQLite's file that are read without a copy

@@ -18,7 +18,9 @@ from motionlab.config.scenario import Scenario, VariantConfig
 from motionlab.errors import ConfigError, shown
 from motionlab.laws import LAWS
 from motionlab.library.run import Difference, Event, RunDetail
+from motionlab.library.run_name import PATH, rank
 from motionlab.library.search import HEADLINE
+from motionlab.library.trajectories import known_path, path_words
 from motionlab.telemetry.recording import Recording
 
 DIFFERENCES_MAX = 50
@@ -33,12 +35,23 @@ _NAMED = ("kind", "name", "law")
 def differences(scenario: Scenario) -> list[Difference]:
     """Return the fields whose value is not that of the shipped scenario of its name.
 
+    Those that tell runs apart come first. Another path is one difference, `PATH`, with both names.
     Of a scenario with a name of its own there are none: there is nothing to compare with.
     """
     if scenario.name not in names("scenarios"):
         return []
-    shipped = load_scenario(scenario.name).model_dump(mode="json")
-    return differing(shipped, scenario.model_dump(mode="json"))
+    shipped = load_scenario(scenario.name)
+    changes = differing(*(each.model_dump(mode="json") for each in (shipped, scenario)))
+    if any(each.path.startswith(f"{PATH}.") for each in changes):
+        before, path = known_path(shipped.trajectory), known_path(scenario.trajectory)
+        if path or any(each.path == f"{PATH}.kind" for each in changes):
+            other = Difference(
+                path=PATH,
+                shipped=before or path_words(shipped.trajectory),
+                value=path or path_words(scenario.trajectory),
+            )
+            changes = [other, *(each for each in changes if not each.path.startswith(f"{PATH}."))]
+    return sorted(changes, key=rank)
 
 
 def differences_after(run: RunDetail, events: Iterable[Event]) -> list[Difference]:

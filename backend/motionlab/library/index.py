@@ -12,12 +12,14 @@ from sqlalchemy.dialects.sqlite import insert as insert_sqlite
 
 from motionlab.config.bounds import check_text
 from motionlab.library.database import Database
+from motionlab.library.histogram import RunHistogram, histogram
 from motionlab.library.query import find
 from motionlab.library.run import CHANGEABLE, Evicted, Page, Run, RunDetail
-from motionlab.library.search import HEADLINE, LIMIT_MAX, Search
-from motionlab.library.tables import DOCUMENTS, EVICTIONS, METRICS, RUNS, TAGS, WORDS
+from motionlab.library.search import HEADLINE, LIMIT_MAX, Search, metric_name
+from motionlab.library.tables import DOCUMENTS, EVICTIONS, MARGINS_DUE, METRICS, RUNS, TAGS, WORDS
 
 _EVICTIONS = 1000  # of which the index knows
+_MARGINS_AT_ONCE = 100  # runs, for a second or two
 _NARROW = {column.name for column in RUNS.columns} - {"number"}
 _ENTRY = set(Run.model_fields) - _NARROW
 _RECORD = set(RunDetail.model_fields) - set(Run.model_fields)
@@ -47,7 +49,7 @@ class Index(Database):
         with self.begin() as connection:
             known = _read(connection, run.id, lock=not self._sqlite)
             if known is not None:
-                by_hand = CHANGEABLE - {"differences"}
+                by_hand = CHANGEABLE - {"differences"} - (set() if known.named else {"name"})
                 run = run.model_copy(update={name: getattr(known, name) for name in by_hand})
             self._put(connection, run)
         return run
@@ -138,6 +140,18 @@ class Index(Database):
         shown = [runs[number] for number in hits.numbers if number in runs]
         return Page(runs=shown, total=hits.total, cursor=hits.cursor)
 
+    def histogram(self, search: Search, metric: str) -> RunHistogram:
+        """Return how a metric, such as ``B.x.max``, is spread over what a search finds.
+
+        Raises
+        ------
+        ConfigError
+            If there is no such metric.
+        """
+        full = metric_name(metric, "metric")
+        with self.reading() as connection:
+            return histogram(connection, search, full)
+
     def change(self, run_id: str, changes: Mapping[str, Any]) -> RunDetail | None:
         """Change `CHANGEABLE` fields of a run; None if there is none of that identifier."""
         check_text(
@@ -199,6 +213,23 @@ class Index(Database):
         query = sa.select(RUNS.c.id).where(RUNS.c.state == "recording")
         with self.reading() as connection:
             return list(connection.scalars(query))
+
+    def margins_due(self) -> list[str]:
+        """Return runs whose stability margins are still to be computed, the newest first."""
+        query = sa.select(RUNS.c.id).join(MARGINS_DUE).order_by(RUNS.c.number.desc())
+        with self.reading() as connection:
+            return list(connection.scalars(query.limit(_MARGINS_AT_ONCE)))
+
+    def add_margins(self, run_id: str, margins: Mapping[str, float]) -> None:
+        """Add stability margins to the metrics of a run for which they are due."""
+        with self.begin() as connection:
+            run = _read(connection, run_id, lock=not self._sqlite)
+            if run is None:
+                return
+            run = run.model_copy(update={"metrics": {**run.metrics, **margins}})
+            self._put(connection, run)
+            number = sa.select(RUNS.c.number).where(RUNS.c.id == run_id).scalar_subquery()
+            connection.execute(sa.delete(MARGINS_DUE).where(MARGINS_DUE.c.run == number))
 
     def evictable(self) -> list[tuple[str, int]]:
         """Return identifier and size of what may be evicted: deleted ones, then the oldest.
@@ -325,5 +356,7 @@ def _narrow(row: sa.RowMapping) -> dict[str, Any]:
 def _words(run: Run) -> str:
     """Return everything of a run that a word can be found in, in lower case."""
     changes = (f"{each.path} {each.value}" for each in run.differences)
-    parts = (run.id, run.name, run.scenario, run.note, *run.tags, *run.labels.values(), *changes)
+    stopped = f"stopped {run.stopped}" if run.stopped else ""
+    own = (run.id, run.name, run.scenario, run.note, stopped)
+    parts = (*own, *run.tags, *run.labels.values(), *changes)
     return "\n".join(parts).lower()

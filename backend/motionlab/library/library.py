@@ -31,6 +31,7 @@ from motionlab.library.files import RunFiles, runs_url
 from motionlab.library.new_run import new_run
 from motionlab.library.quota import Room, quota
 from motionlab.library.run import NAME, Event, RunDetail, check_name, is_id
+from motionlab.library.run_name import run_name
 from motionlab.library.telemetry import recording as read_recording
 from motionlab.library.telemetry import reference_path
 from motionlab.simulation.prepare import Prepared, prepare
@@ -244,9 +245,11 @@ class Library:
                 "state": "partial" if reason else "complete",
                 "reason": reason,
                 "stopped": "" if stop is None else stop.reason or "STOP",
+                "stopped_at": None if stop is None else (stop.tick - first) * run.period,
             }
             update["differences"] = differences_after(run, events)
             run = run.model_copy(update=update)
+            run = run.model_copy(update={"name": run_name(run)})
             begin = gaps[-1].tick + (gaps[-1].ticks or 0) if gaps else 0
             result, picture = _latest(run, part, begin, stop and stop.tick)
             self.room.make_room(part.stat().st_size, instead_of=run_id)
@@ -265,7 +268,11 @@ class Library:
         from motionlab.library import spool
 
         run, events = spool.begun(self.spools, run_id)
-        self.index.change(run_id, {"differences": differences_after(run, events)})
+        run = run.model_copy(update={"differences": differences_after(run, events)})
+        changes: dict[str, Any] = {"differences": run.differences}
+        if (known := self.index.get(run_id)) is not None and not known.named:
+            changes["name"] = run_name(run)
+        self.index.change(run_id, changes)
 
     def recover(self) -> list[str]:
         """Make runs of what servers recorded that were killed; return the identifiers."""
@@ -281,6 +288,17 @@ class Library:
                 _LOG.warning("%s", error)
         return recovered
 
+    def add_margins(self) -> bool:
+        """Compute margins of some runs of an earlier version; return whether any were due."""
+        due = self.index.margins_due()
+        if due:
+            from motionlab.library.stability_margins import margins_of
+
+            for run_id in due:
+                if (run := self.index.get(run_id)) is not None:
+                    self.index.add_margins(run_id, margins_of(run))
+        return bool(due)
+
     def change(self, run_id: str, changes: Mapping[str, Any]) -> RunDetail:
         """Change `CHANGEABLE` fields of a run; who names, notes or tags it keeps it.
 
@@ -291,6 +309,8 @@ class Library:
         """
         if any(changes.get(name) for name in ("name", "note", "tags")):
             changes = {**changes, "kept": True}
+        if changes.get("name"):
+            changes = {**changes, "named": True}
         run = self.index.change(run_id, changes)
         if run is None:
             raise Unknown(f"no run {run_id!r}")
@@ -331,14 +351,17 @@ class Library:
     ) -> RunDetail:
         from pyarrow import parquet
 
+        from motionlab.library.stability_margins import margins_of
+
         columns = column_descriptions(parquet.read_schema(part))
+        run = run.model_copy(update={"ticks": ticks})
+        metrics = {**run.metrics, **headline(result), **margins_of(run)}
         size = self.files.put(run.id, part)
         run = run.model_copy(
             update={
-                "ticks": ticks,
                 "duration": ticks * run.period,
                 "size": size,
-                "metrics": headline(result),
+                "metrics": metrics,
                 "thumbnail": picture,
                 "result": result,
                 "columns": columns,

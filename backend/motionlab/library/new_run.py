@@ -10,12 +10,16 @@ from motionlab.config.scenario import Scenario
 from motionlab.executors.code import processor
 from motionlab.kernel.force_maps import maps_of
 from motionlab.lanes import model_hash
+from motionlab.laws import SOURCES
 from motionlab.library.description import differences, labels
-from motionlab.library.run import NAME_MAX, Kind, RunDetail, new_id
+from motionlab.library.run import Kind, RunDetail, new_id
+from motionlab.library.run_name import run_name
 from motionlab.timing import CONTROL_PERIOD
 
 
-def new_run(kind: Kind, scenario: Scenario, result: dict[str, Any], *, name: str = "") -> RunDetail:
+def new_run(
+    kind: Kind, scenario: Scenario, result: dict[str, Any], *, name: str = "", drive: str = ""
+) -> RunDetail:
     """Return a run without samples of this moment, this program and this processor.
 
     Parameters
@@ -27,13 +31,17 @@ def new_run(kind: Kind, scenario: Scenario, result: dict[str, Any], *, name: str
     result : dict
         Result document of a simulation; empty for a live run.
     name : str
-        That of the scenario when left out.
+        Given by a person; `run_name` when left out.
+    drive : str
+        Title of the drive link that moves; empty for a simulation.
     """
-    return RunDetail(
+    run = RunDetail(
         id=new_id(),
         kind=kind,
         state="complete",
-        name=name or scenario.name,
+        name=name,
+        named=bool(name),
+        drive=drive,
         scenario=scenario.name,
         note="",
         tags=[],
@@ -55,10 +63,18 @@ def new_run(kind: Kind, scenario: Scenario, result: dict[str, Any], *, name: str
         processor=processor(),
         maps=maps_of(scenario),
         scenario_document=scenario.model_dump(mode="json"),
+        laws=own_laws_of(scenario),
         events=[],
         result=result,
         columns=[],
     )
+    return run if name else run.model_copy(update={"name": run_name(run)})
+
+
+def own_laws_of(scenario: Scenario) -> dict[str, str]:
+    """Return the text of the file of each law of one's own that a scenario's controllers have."""
+    used = {each.controller.compensation.law for each in scenario.variants.values()}
+    return {name: SOURCES[name] for name in sorted(used & SOURCES.keys())}
 
 
 def live_run(scenario: Scenario, run_id: str, created: float, *, drive: str = "") -> RunDetail:
@@ -76,6 +92,5 @@ def live_run(scenario: Scenario, run_id: str, created: float, *, drive: str = ""
         Title of the drive link that moves; empty for a simulated session.
     """
     update = {"id": run_id, "created": created, "state": "recording"}
-    name = f"{scenario.name} {' '.join(scenario.variants)} on {drive}"[:NAME_MAX] if drive else ""
-    begun = new_run("drive" if drive else "live", scenario, {}, name=name)
+    begun = new_run("drive" if drive else "live", scenario, {}, drive=drive)
     return begun.model_copy(update=update)

@@ -80,6 +80,17 @@ def find(
     return Hits([row.number for row in rows[:limit]], total, more)
 
 
+def conditions_on(
+    connection: sa.Connection, search: Search, run: sa.ColumnElement[int]
+) -> list[sa.ColumnElement[bool]]:
+    """Return what a search asks of the run of a number, in a query that joins `RUNS`."""
+    return [
+        *(each.test(run) for each in _elsewhere(connection, search)),
+        *_own(search, RUNS),
+        _is_deleted(RUNS, deleted=search.deleted),
+    ]
+
+
 def _listed(run: sa.ColumnElement[int], numbers: Sequence[int]) -> sa.ColumnElement[bool]:
     # As text: a parameter for each costs more time than the query.
     return run.in_([sa.literal_column(",".join(map(str, numbers)), sa.Integer)])
@@ -197,7 +208,7 @@ def _of_runs(search: Search, *, deleted: bool | None = None) -> _Condition:
 
 
 def _own(search: Search, runs: sa.FromClause) -> Iterator[sa.ColumnElement[bool]]:
-    for name in ("kind", "state", "scenario"):
+    for name in ("kind", "state", "scenario", "name"):
         if values := getattr(search, f"{name}s"):
             yield runs.c[name].in_(values)
     if search.after is not None:

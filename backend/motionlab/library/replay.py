@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import itertools
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -19,6 +20,7 @@ from motionlab.errors import ConfigError, NotReplayable
 from motionlab.executors.code import processor
 from motionlab.kernel.force_maps import check_maps, maps_of
 from motionlab.lanes import model_hash
+from motionlab.library.new_run import own_laws_of
 from motionlab.library.run import Event, RunDetail
 from motionlab.simulation.change import changed
 from motionlab.simulation.prepare import Prepared, prepare
@@ -247,7 +249,7 @@ def _acts(events: Sequence[Event]) -> Iterator[_Act]:
                 yield event.tick, _Player.push, event
             case "stop":
                 yield event.tick, _Player.stop, event
-            case "gap":
+            case "gap" | "play" | "pause" | "speed" | "reset" | "law":
                 pass
 
 
@@ -300,15 +302,27 @@ def _reasons(run: RunDetail, scenario: Scenario, *, whole: bool) -> list[str]:
         ("model's sources", run.model, model_hash()),
         ("processor", run.processor, processor()),
         ("force maps", run.maps, maps_of(scenario)),
+        ("law of one's own", _digests(run.laws), _digests(own_laws_of(scenario))),
     ]
     reasons = [
         f"other {what}: kept with {_short(then)}, simulated with {_short(now)}"
         for what, then, now in facts
         if then != now
     ]
+    for event in run.events:
+        if event.kind == "law":
+            reasons.append(f"the file of law {event.law} changed at tick {event.tick}")
     if not whole:
         reasons.append("the record does not hold every tick and every channel")
     return reasons or ["none is known: version, model, processor and maps are the same"]
+
+
+def _digests(sources: dict[str, str]) -> dict[str, dict[str, str]]:
+    """Return a hash of each text, as `_short` shows it."""
+    return {
+        name: {"digest": hashlib.sha256(text.encode()).hexdigest()[:12]}
+        for name, text in sources.items()
+    }
 
 
 def _short(value: Any) -> str:

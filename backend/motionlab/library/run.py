@@ -33,7 +33,9 @@ NAME_MAX = 120
 NOTE_MAX = 10_000
 TAGS_MAX = 20
 
-CHANGEABLE = frozenset({"name", "note", "tags", "pinned", "kept", "deleted", "differences"})
+CHANGEABLE = frozenset(
+    {"name", "named", "note", "tags", "pinned", "kept", "deleted", "differences"}
+)
 """What can be changed of a run: by hand, or, the differences, while it is being recorded."""
 
 _LETTERS = "abcdefghijklmnopqrstuvwxyz234567"
@@ -79,12 +81,18 @@ class Difference(BaseModel):
 
 
 class Event(BaseModel):
-    """What happened at a tick of a live session, or of its recording."""
+    """What happened at a tick of a live session, or of its recording.
+
+    Of a session alone are `play`, `pause`, `speed` and `reset`: samples do not depend on them.
+    """
 
     tick: int = Field(description="First tick at which it holds")
-    kind: Literal["change", "push", "stop", "gap"]
+    kind: Literal["change", "push", "stop", "gap", "play", "pause", "speed", "reset", "law"]
+    at: float | None = Field(default=None, description="Unix time, s; of a session")
+    by: str = Field(default="", description="Name of who did it; empty if unnamed")
     set: dict[str, Any] = Field(default_factory=dict, description="Of a change: path to value")
     previous: dict[str, Any] = Field(default_factory=dict, description="The values before")
+    undo: bool = Field(default=False, description="Of a change: it takes back an earlier one")
     checked: int | None = Field(
         default=None, description="Of a change: tick at which it was checked, before it took effect"
     )
@@ -92,6 +100,26 @@ class Event(BaseModel):
     force: float | None = Field(default=None, description="Of a push, N")
     ticks: int | None = Field(default=None, description="Ticks of a push, or missing in a gap")
     reason: str = Field(default="", description="Why ticks are missing, or drives stopped")
+    law: str = Field(default="", description="Of `law`: the law whose file has changed")
+    speed: float | None = Field(
+        default=None, description="Simulated time per time; of `play` where it is another one"
+    )
+
+
+class Capture(BaseModel):
+    """What a capture of a trigger is of, and how far its curves go."""
+
+    origin: str = Field(description="The run that it is a stretch of; empty where there is none")
+    from_tick: int = Field(description="Tick of its first sample")
+    trigger_tick: int = Field(description="Tick at which it was triggered")
+    peaks: dict[str, float] = Field(
+        description="By channel, those of the trigger and following errors: the sample farthest "
+        "from zero, signed, SI"
+    )
+    glitches: dict[str, float] = Field(
+        description="By following error whose axis reverses: height of the quadrant glitch at the "
+        "reversal nearest to the trigger, signed, m"
+    )
 
 
 class Run(BaseModel):
@@ -119,14 +147,24 @@ class Run(BaseModel):
     stopped: str = Field(
         default="", description="What stopped it, STOP or a fault; empty where nothing did"
     )
+    stopped_at: float | None = Field(
+        default=None, description="When that was, from the first sample on, s"
+    )
+    named: bool = Field(
+        default=False, description="By a person; else the name follows what the run is"
+    )
+    drive: str = Field(default="", description="Title of the drive link that moved; else empty")
     variants: list[str]
     labels: dict[str, str] = Field(description="Of each variant: what its controller is")
     differences: list[Difference] = Field(
         description="From the shipped scenario of its name, with the changes made while it ran"
     )
     metrics: dict[str, float] = Field(
-        description="By variant, axis and metric, such as B.x.max_abs_following_error, SI"
+        description="By variant, axis and metric, such as B.x.max_abs_following_error, SI; of a "
+        "simulated motor also gain_margin (a factor) and phase_margin (rad), the worst at "
+        "standstill and sliding, of a stable loop that has a linearisation"
     )
+    capture: Capture | None = Field(default=None, description="Of a trigger's capture")
     thumbnail: dict[str, list[int]] = Field(
         description="Curves of 0 to 1000 by name: reference, and each variant; x, y, x, y ..."
     )
@@ -142,6 +180,10 @@ class RunDetail(Run):
     maps: dict[str, Any] = Field(description="Force maps it used, with their hashes")
     scenario_document: dict[str, Any] | None = Field(
         description="The resolved scenario; null for a measurement"
+    )
+    laws: dict[str, str] = Field(
+        default_factory=dict,
+        description="Text of the file of each law of one's own that a controller has at tick 0",
     )
     first_tick: int = Field(
         default=0, description="Tick of its first sample; of a long recording the beginning goes"

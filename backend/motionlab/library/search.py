@@ -17,8 +17,13 @@ HEADLINE = {
     "force": "max_abs_force",
     "settling": "settling_time",
     "steady": "steady_state_error",
+    "gain_margin": "gain_margin",
+    "phase_margin": "phase_margin",
 }
 """Metrics that can be searched and sorted by: short name to name, of each axis of each variant."""
+
+MARGINS = ("gain_margin", "phase_margin")
+"""Those that come from the linearised loop, and not from the result of a run."""
 
 LIMIT_MAX = 200
 """Runs on a page."""
@@ -35,12 +40,18 @@ SORTS = ("created", "name", "duration", "size")
 KEYS = ("tag", "scenario", "kind", "state", "is", "after", "before")
 """What stands before the colon of a term."""
 
-_UNITS = {"": 1.0, "m": 1.0, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9} | {
-    "N": 1.0,
-    "mN": 1e-3,
-    "s": 1.0,
-    "ms": 1e-3,
+_LENGTHS = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9}
+_DECIBEL = "dB"
+_UNITS = {
+    "max_abs_following_error": _LENGTHS,
+    "rms_following_error": _LENGTHS,
+    "max_abs_force": {"N": 1.0, "mN": 1e-3},
+    "settling_time": {"s": 1.0, "ms": 1e-3},
+    "steady_state_error": _LENGTHS,
+    "gain_margin": {_DECIBEL: math.nan},  # no factor
+    "phase_margin": {"rad": 1.0, "deg": math.pi / 180.0},
 }
+"""Of each metric: unit to SI."""
 _METRIC = re.compile(
     r"(?P<metric>[A-Z]\.[xy]\.[a-z_]+)(?P<sign><=|>=|<|>)(?P<number>[-+0-9.eE]+)(?P<unit>[µμa-zA-Z]*)"
 )
@@ -69,8 +80,8 @@ class Search:
     ----------
     words : tuple of str
         Texts that its name, note, tags, controllers or differences contain, in lower case.
-    tags, kinds, states, scenarios : tuple of str
-        All of the tags; one of the kinds, states and scenarios, any if there are none.
+    tags, kinds, states, scenarios, names : tuple of str
+        All of the tags; one of the kinds, states, scenarios and whole names, any if there are none.
     bounds : tuple of Bound
         On metrics; a run without the metric does not meet them.
     after, before : float or None
@@ -86,6 +97,7 @@ class Search:
     kinds: tuple[str, ...] = ()
     states: tuple[str, ...] = ()
     scenarios: tuple[str, ...] = ()
+    names: tuple[str, ...] = ()
     bounds: tuple[Bound, ...] = ()
     after: float | None = None
     before: float | None = None
@@ -105,7 +117,7 @@ class _Terms:
         quoted = match["text"]
         term = match[0] if quoted is None else f"{match[1] or ''}{quoted}"
         name, colon, value = term.partition(":")
-        if colon and name in {"tag", "scenario"}:
+        if colon and name in {"tag", "scenario", "name"}:
             self._listed(name, value)
         elif colon and name == "kind":
             self._listed(name, _one_of(term, value, _KINDS))
@@ -130,7 +142,7 @@ def parse(text: str) -> Search:
     Parameters
     ----------
     text : str
-        Terms with blanks between them: ``tag:``, ``scenario:``, ``kind:``, ``state:``,
+        Terms with blanks between them: ``tag:``, ``scenario:``, ``name:``, ``kind:``, ``state:``,
         ``is:pinned``, ``is:deleted``, ``after:`` and ``before:`` with a date or an instant of
         ISO 8601, metrics with a bound, and plain words. Quotes around a term, or around what
         follows its colon, keep blanks together and make < and > plain characters. Any other quote
@@ -160,6 +172,7 @@ def parse(text: str) -> Search:
         kinds=tuple(lists.get("kind", ())),
         states=tuple(lists.get("state", ())),
         scenarios=tuple(lists.get("scenario", ())),
+        names=tuple(lists.get("name", ())),
         bounds=tuple(conditions.bounds),
         after=conditions.times.get("after"),
         before=conditions.times.get("before"),
@@ -195,14 +208,23 @@ def _bound(term: str) -> Bound:
     match = _METRIC.fullmatch(term)
     if match is None:
         raise ConfigError(FieldError("q", "is no bound on a metric", term, _FORM))
+    metric = metric_name(match["metric"], "q")
+    units = _UNITS[metric.rpartition(".")[2]]
+    unit = match["unit"]
+    if unit and unit not in units:
+        allowed = f"one of {', '.join(units)}; without a unit SI"
+        raise ConfigError(FieldError("q", f"no unit of {match['metric']}", term, allowed))
     try:
-        value = float(match["number"]) * _UNITS[match["unit"]]
-    except (ValueError, KeyError):
+        number = float(match["number"])
+        value = 10.0 ** (number / 20.0) if unit == _DECIBEL else number * units.get(unit, 1.0)
+    except ValueError:
         raise ConfigError(FieldError("q", "is no bound on a metric", term, _FORM)) from None
+    except OverflowError:
+        value = math.inf
     if not math.isfinite(value):
         raise ConfigError(FieldError("q", "is not finite", term))
     sign: Sign = match["sign"]  # pyright: ignore[reportAssignmentType]
-    return Bound(metric_name(match["metric"], "q"), sign, value)
+    return Bound(metric, sign, value)
 
 
 def _one_of(term: str, value: str, allowed: tuple[str, ...]) -> str:

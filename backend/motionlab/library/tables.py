@@ -90,6 +90,9 @@ METRICS = Table(
     sqlite_with_rowid=False,
 )
 
+# Simulated runs of an earlier index, whose stability margins are still to be computed.
+MARGINS_DUE = Table("run_margins_due", METADATA, _run())
+
 EVICTIONS = Table(
     "evictions",
     METADATA,

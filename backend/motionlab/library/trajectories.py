@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import hashlib
 import re
 from pathlib import Path
 from typing import Any
@@ -86,6 +88,44 @@ def trajectory_table(source: str, loc: str) -> dict[str, Any]:
             text = f"cannot be read: {error.strerror}"
             raise ConfigError(FieldError(loc, text, source)) from None
     return read("trajectories", source, loc=loc)
+
+
+def known_path(trajectory: TrajectoryConfig) -> str:
+    """Return the name of the shipped or saved trajectory that this one is; empty of another."""
+    paths = Trajectories()
+    for each in paths.all():
+        if each.kind == trajectory.kind:
+            with contextlib.suppress(OSError):  # deleted since
+                if _SUMS.of(paths.path(each.name)) == _sum(trajectory):
+                    return each.name
+    return ""
+
+
+def path_words(trajectory: TrajectoryConfig) -> str:
+    """Return what a trajectory without a name is: its kind, and how many points it has."""
+    points = getattr(trajectory, "points", None)
+    return (
+        f"{trajectory.kind} of {len(points)} points"
+        if isinstance(points, tuple)
+        else trajectory.kind
+    )
+
+
+def _sum(trajectory: TrajectoryConfig) -> str:
+    return hashlib.sha256(trajectory.model_dump_json().encode()).hexdigest()
+
+
+def _sum_in(path: Path) -> str:
+    try:
+        with opened(path) as file:
+            tables = parse_text(file.read(SIZE_MAX + 1), loc=path.stem, size_max=SIZE_MAX)
+        return _sum(validate_trajectory(tables))
+    except ConfigError:
+        return ""
+
+
+_SUMS = Summaries(_sum_in, most=2 * COUNT_MAX)
+"""Sums of the numbers of files."""
 
 
 def _kind_in(path: Path) -> str:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.force_sharing.functions import CLOSED_FORM
-from motionlab.kernel.law_calls import LAWS_BY_NUMBER
+from motionlab.kernel.law_calls import SHIPPED_BY_NUMBER
 from motionlab.kernel.layout import (
     LAW_NUMBER,
     LAW_OF_STATE,
@@ -60,7 +60,7 @@ def _sliding() -> Sliding:
     """Return the function that calls `Law.sliding` by the number of a law in the kernel."""
     scope: dict[str, Any] = {}
     lines = ["def sliding(number, friction, v, state):"]
-    for number, law in enumerate(LAWS_BY_NUMBER):
+    for number, law in enumerate(SHIPPED_BY_NUMBER):
         rows = len(law.State._fields)
         lines.append(f"    if number == {number}:")
         if law.sliding is not None:
@@ -78,7 +78,7 @@ def _sliding() -> Sliding:
 def _unbounded() -> Callable[[int, Array, int], None]:
     """Return the function that removes the limits of a law by its number in the kernel."""
     lines = ["def unbounded(number, numbers, lane):"]
-    for number, law in enumerate(LAWS_BY_NUMBER):
+    for number, law in enumerate(SHIPPED_BY_NUMBER):
         lines += [f"    if number == {number}:"] + [
             f"        numbers[{LAW_PARAMETERS + law.Parameters._fields.index(name)}, lane] = inf"
             for name in law.limits

@@ -19,12 +19,20 @@ from motionlab.errors import ConfigError, FieldError
 from motionlab.kernel.build import lane
 from motionlab.kernel.force_gain import force_gain, lanes_of
 from motionlab.kernel.force_maps import check_maps, map_digests
-from motionlab.kernel.law_calls import laws_of
-from motionlab.kernel.layout import INPUT_ROWS, STATE_ROWS, LawState, Parameters
+from motionlab.kernel.law_calls import LAWS_BY_NUMBER, laws_of
+from motionlab.kernel.layout import (
+    INPUT_ROWS,
+    LAW_NUMBER,
+    LAW_PARAMETERS,
+    MODEL_FRICTION,
+    STATE_ROWS,
+    LawState,
+    Parameters,
+)
 from motionlab.kernel.tick import control_once
 from motionlab.lanes import WIDTH, cached
 from motionlab.lanes.bank import TABLES
-from motionlab.laws import LAWS
+from motionlab.laws import LAWS, OWN, Law
 from motionlab.loop import lane_plant
 from motionlab.loop.lane_controller import (
     CONTROLLER_SIZE,
@@ -35,6 +43,7 @@ from motionlab.loop.lane_controller import (
     write_probes,
 )
 from motionlab.loop.lane_plant import PLANT_SIZE, sliding_force
+from motionlab.plant.friction import LuGre
 from motionlab.timing import CONTROL_PERIOD
 
 Array = NDArray[np.float64]
@@ -246,6 +255,8 @@ def write_controller(numbers: Array, k_p: float, k_d: float, v: float, system: A
     numbers = numbers.copy()
     inputs, sliding = np.empty((1, INPUT_ROWS, 2)), np.empty(len(LawState._fields))
     law_states = _begin(numbers, k_p, k_d, v, inputs, sliding)
+    if (law := LAWS_BY_NUMBER[int(numbers[LAW_NUMBER, 0])]).name in OWN:
+        law_states = _own_law_about(law, numbers, v, sliding)
     states, measured = np.empty((STATE_ROWS, WIDTH)), np.empty((1, WIDTH))
     laws = laws_of(numbers)
     end = law_states + MEMORY_STATES
@@ -254,6 +265,16 @@ def write_controller(numbers: Array, k_p: float, k_d: float, v: float, system: A
         control_once(numbers, states, inputs, measured, laws)
         _probe(first, numbers, v, sliding, law_states, states, measured, system, True)
     return end
+
+
+def _own_law_about(law: Law, numbers: Array, v: float, sliding: Array) -> int:
+    """Do for a law of one's own what `linear_numbers` and `about` do for those that ship."""
+    for name in law.limits:
+        numbers[LAW_PARAMETERS + law.Parameters._fields.index(name)] = np.inf
+    states = len(law.State._fields)
+    friction = LuGre(*numbers[MODEL_FRICTION : MODEL_FRICTION + len(LuGre._fields), 0].tolist())
+    sliding[:states] = 0.0 if law.sliding is None else law.sliding(friction, v)
+    return states
 
 
 @cached

@@ -10,7 +10,7 @@ from motionlab.motor_design.fem.force_map import ForceMap, PresetName
 from motionlab.motor_design.fem.geometry import Geometry
 from motionlab.motor_design.fem.mesh import vertices
 from motionlab.motor_design.fem.picture import RESOLUTION
-from motionlab.motor_design.kept_maps import MapStore
+from motionlab.motor_design.kept_maps import MapStore, shipped_file
 
 
 def computed_or_kept(
@@ -51,7 +51,9 @@ def run(plan: MapRequest, progress: Progress | None = None) -> ForceMap:
 
 def document(force_map: ForceMap) -> MapEntry:
     """Return a map's document without its tables."""
-    return entry(force_map, name=force_map.document.content_hash, shipped=False)
+    digest = force_map.document.content_hash
+    shipped = shipped_file(digest)
+    return entry(force_map, name=shipped.stem if shipped else digest, shipped=shipped is not None)
 
 
 def too_many_nodes(geometry: Geometry, preset: PresetName, most: int) -> list[FieldError]:

@@ -48,19 +48,20 @@ class MapStore:
             )
 
     def find(self, geometry: Geometry, preset: PresetName) -> ForceMap | None:
-        """Return the map that was kept for a geometry; None without one, or if it is damaged."""
+        """Return the map of a geometry that ships or was kept; None without one, or if damaged."""
         digest = content_hash(geometry, preset)
-        path = self.folder / f"{digest}.json"
-        if not path.is_file():
-            return None
-        try:
-            kept_map = map_in(path, str(path))
-        except ConfigError:
-            return None
-        document = kept_map.document
-        # The geometry too: a file may have been put there by hand.
-        same = (document.content_hash, document.geometry) == (digest, geometry)
-        return kept_map if same else None
+        for path in (shipped_file(digest), self.folder / f"{digest}.json"):
+            if path is None or not path.is_file():
+                continue
+            try:
+                kept_map = map_in(path, str(path))
+            except ConfigError:
+                continue
+            document = kept_map.document
+            # The geometry too: a file may have been put there by hand.
+            if (document.content_hash, document.geometry) == (digest, geometry):
+                return kept_map
+        return None
 
     def keep(self, force_map: ForceMap) -> Path:
         """Keep a map; return its file.
@@ -157,6 +158,12 @@ def map_file(name: str) -> MapFile | None:
         return None
     files = (MapFile(folder / f"{name}.json", shipped) for folder, shipped in folders())
     return next((file for file in files if file.path.is_file()), None)
+
+
+def shipped_file(content_hash: str) -> Path | None:
+    """Return the file of the shipped map of a hash; None where none has it."""
+    shipped = sorted((config_root() / "maps").glob("*.json"))
+    return next((p for p in shipped if read_map(p).document.content_hash == content_hash), None)
 
 
 def read_map(path: Path) -> ForceMap:

@@ -104,9 +104,10 @@ def _alignment(comparison: Comparison, how: Comparing) -> list[tuple[str, str]]:
         rows.append(("length of a lap", quantity(comparison.lap_length, "m")))
     if comparison.standing:
         rows.append(("left out", f"{digits(100 * comparison.standing)} % at rest"))
-    rows.append(("tolerance", _tolerance(how.tolerance)))
+    every = how.tolerance or (Tolerance() if how.exact else None)
+    rows.append(("tolerance", _tolerance(every)))
     rows += [
-        (f"of {pattern}", _tolerance(how.tolerance.model_copy(update=_limits(rule))))
+        (f"of {pattern}", _tolerance((every or Tolerance()).model_copy(update=_limits(rule))))
         for pattern, rule in how.channels.items()
     ]
     rows += [
@@ -123,7 +124,9 @@ def _limits(rule: object) -> dict[str, float]:
     return {name: value for name, value in values.items() if value is not None}
 
 
-def _tolerance(tolerance: Tolerance) -> str:
+def _tolerance(tolerance: Tolerance | None) -> str:
+    if tolerance is None:
+        return "2 % of the range of run 1, six times its noise, an encoder count; 1 ms in time"
     if not any((tolerance.absolute, tolerance.relative, tolerance.time)):
         return "none: values must be equal"
     parts = [f"{tolerance.absolute:g} in the unit of the channel"]

@@ -47,7 +47,7 @@ def events(run: RunDetail) -> list[Happened]:
     """Return changes, pushes, stop, gaps and the schedule, by time from the first sample on."""
     begun = run.first_tick * run.period
     entries = [
-        (event.tick * run.period - begun, event.kind, _what(event, run.period))
+        (event.tick * run.period - begun, event.kind, _by(event, _what(event, run.period)))
         for event in run.events
     ]
     schedule = (run.scenario_document or {}).get("schedule") or ()
@@ -108,6 +108,14 @@ def _what(event: Event, period: float) -> Markup:
         case "gap":
             reason = f": {event.reason}" if event.reason else ""
             return joined([f"missing samples: {event.ticks or 0}, {long}{reason}"])
+        case "law":
+            return joined([f"a new version of law {event.law}: {event.reason or 'taken'}"])
+        case "play" | "pause" | "speed" | "reset":
+            return joined([f"{digits(event.speed)} times real time"] if event.speed else [])
+
+
+def _by(event: Event, what: Markup) -> Markup:
+    return joined([what, f" (by {event.by})"]) if event.by else what
 
 
 def _set(values: dict[str, Any], previous: dict[str, Any]) -> Markup:

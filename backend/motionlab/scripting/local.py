@@ -68,6 +68,8 @@ class Local(Lab):
         check_number("limit", limit, whole=True, minimum=1, maximum=LIMIT_MAX)
         ours = _kept_runs("kept_runs")
         ours.recover()  # what a server that was killed has left
+        while ours.add_margins():
+            pass
         page = ours.index.page(parse(search), limit=limit)
         return [run.model_dump(mode="json") for run in page.runs]
 

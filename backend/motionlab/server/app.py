@@ -32,6 +32,7 @@ from motionlab.server.live.broadcast import Broadcast
 from motionlab.server.live.run_recorder import RunRecorder
 from motionlab.server.live.sessions import Sessions
 from motionlab.server.memory_budget import MemoryBudget
+from motionlab.server.own_laws import OwnLaws
 from motionlab.server.plugs import drive_plug, without_drives
 from motionlab.server.preload import warm_up
 from motionlab.server.prometheus import Monitor
@@ -42,6 +43,7 @@ from motionlab.server.routes import (
     gain_sets,
     identification_plan,
     jobs,
+    laws,
     layouts,
     login,
     loop,
@@ -64,6 +66,7 @@ from motionlab.server.routes import (
     view3d,
     views,
     whatif,
+    whatif_captures,
     whatif_lanes,
 )
 from motionlab.server.settings import Settings
@@ -81,6 +84,7 @@ _MODULES = (
     simulate,
     jobs,
     whatif,
+    whatif_captures,
     whatif_lanes,
     expressions,
     trajectories,
@@ -103,6 +107,7 @@ _MODULES = (
     gain_sets,
     layouts,
     motors,
+    laws,
 )
 """Routes of the API, in the order of its documentation."""
 
@@ -169,6 +174,8 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     evictors = [
         asyncio.create_task(kept.keep_evicting()) for kept in (app.state.sessions, app.state.scenes)
     ]
+    own_laws = app.state.own_laws = OwnLaws(app.state.sessions)
+    watching = asyncio.create_task(own_laws.keep_watching())
     kernels = Kernels()
     app.state.jobs = Jobs(
         settings,
@@ -192,6 +199,8 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     for evictor in evictors:
         evictor.cancel()
     await app.state.scenes.close()
+    watching.cancel()
+    own_laws.close()
     warming.cancel()  # what a thread does is still waited for
     with suppress(asyncio.CancelledError):
         await warming

@@ -164,7 +164,7 @@ def _page_files(root: Path) -> dict[str, bytes]:
     files = {}
     for path in sorted(each for each in root.rglob("*") if each.is_file()):
         name = path.relative_to(root).as_posix().removesuffix(".gz")
-        if not path.name.startswith(_LEFT_OUT):
+        if path.suffix != ".br" and not path.name.startswith(_LEFT_OUT):
             content = path.read_bytes()
             files[name] = gzip.decompress(content) if path.suffix == ".gz" else content
     return files

@@ -13,6 +13,7 @@ from motionlab.library.replay import Replay
 from motionlab.studies.table import STUDIES
 
 State = Literal["queued", "running", "done", "failed", "cancelled", "interrupted"]
+WaitsFor = Literal["server", "jobs", "kernels", "memory"]
 
 _MODELS: dict[str, tuple[str, type[BaseModel], type[BaseModel] | None]] = {
     "simulate": ("SimulationJob", ResultDocument, None),
@@ -29,8 +30,8 @@ else:
     Kind = Literal[tuple(_MODELS)]
 
 
-class _JobFields(BaseModel):
-    """State of a job of any kind."""
+class _State(BaseModel):
+    """State of a job of any kind, without its request."""
 
     model_config = ConfigDict(allow_inf_nan=False)  # a damaged record is none
 
@@ -42,17 +43,54 @@ class _JobFields(BaseModel):
     created: AwareDatetime = Field(description="When it was asked for")
     elapsed: float = Field(description="Time that it has run, s")
     remaining: float | None = Field(description="Estimate of the time that it still needs, s")
-    request: dict[str, Any] = Field(description="Body of the request that asked for it")
+    waits_for: WaitsFor | None = Field(
+        default=None,
+        description="Why it is queued: the server starts, other jobs run, kernels are compiled, "
+        "runs and sessions hold the memory; null when it is not",
+    )
+    subject: str = Field(
+        default="", description="What it is of, in short: a scenario, a run, a preset"
+    )
+    version: str = Field(default="", description="Version of the program that computes it")
+    model: str = Field(default="", description="Hash of the model's sources")
+    shipped: bool = Field(default=False, description="Whether it came with the program")
     error: str | None = Field(description="Why a job failed or was interrupted")
     unrecorded: str | None = Field(
         default=None, description="Why there is no record of it beyond the server's end"
     )
 
 
+class JobState(_State):
+    """State of a job, without its request and results."""
+
+    kind: Kind = Field(description="Its study, or simulate")
+
+
+class _JobFields(_State):
+    """State of a job of any kind, and what was asked for."""
+
+    request: dict[str, Any] = Field(description="Body of the request that asked for it")
+
+
 class JobSummary(_JobFields):
     """State of a job, without its results."""
 
     kind: Kind = Field(description="Its study, or simulate")
+    other_model: bool = Field(
+        default=False, description="Whether another version of the model has computed it"
+    )
+
+
+def subject_of(request: dict[str, Any]) -> str:
+    """Return what a request is of, in short."""
+    if request.get("run"):
+        return f"run {request['run']}"
+    if "preset" in request or "geometry" in request:
+        return str(request.get("preset", "default"))
+    if only := request.get("only"):
+        return ", ".join(only[:3]) + (", …" if len(only) > 3 else "")
+    scenario = request.get("scenario", "")
+    return str(scenario.get("name", "")) if isinstance(scenario, dict) else str(scenario)
 
 
 def _report(

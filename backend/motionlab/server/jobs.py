@@ -7,6 +7,7 @@ import json
 import logging
 import secrets
 import time
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
@@ -14,9 +15,11 @@ from typing import Any, NamedTuple
 
 from fastapi import HTTPException
 
+from motionlab import __version__
 from motionlab.errors import MotionLabError, StoreError
+from motionlab.lanes import model_hash
 from motionlab.library.job_records import RecordStore
-from motionlab.server.job_reports import Kind, State
+from motionlab.server.job_reports import Kind, State, WaitsFor
 from motionlab.server.kernel_compiler import Kernels
 from motionlab.server.memory_budget import MemoryBudget
 from motionlab.server.settings import Settings
@@ -30,6 +33,7 @@ _ESTIMATED_FROM = 0.02
 
 _POLL = 0.1  # s between polls for memory and kernels
 _CANCEL_SECONDS = 1.0  # for a cancelled job to end
+_ENDED_MAX = 30  # jobs whose end is still listed with those that run
 
 
 class JobTask(NamedTuple):
@@ -47,6 +51,8 @@ class JobTask(NamedTuple):
         Memory that it holds while it runs, bytes.
     batches : bool
         Whether it needs the kernels of batches.
+    subject : str
+        What it is of, in short.
     """
 
     kind: Kind
@@ -54,6 +60,7 @@ class JobTask(NamedTuple):
     request: bytes
     size: int = 0
     batches: bool = False
+    subject: str = ""
 
 
 class TooManyJobs(Exception):
@@ -73,6 +80,7 @@ class _Job:
     id: str = field(default_factory=lambda: secrets.token_urlsafe(9))
     created: str = field(default_factory=_created)
     state: State = "queued"
+    waits_for: WaitsFor = "server"
     progress: float = 0.0
     began: float | None = None
     ended: float | None = None
@@ -102,6 +110,10 @@ class _Job:
             "created": self.created,
             "elapsed": elapsed,
             "remaining": remaining,
+            "waits_for": self.waits_for if self.state == "queued" else None,
+            "subject": self.work.subject,
+            "version": __version__,
+            "model": model_hash(),
             "error": self.error,
             "unrecorded": self.unrecorded,
         }
@@ -137,6 +149,7 @@ class Jobs:
         self._memory = memory
         self._kernels = kernels
         self._jobs: dict[str, _Job] = {}
+        self._ended: deque[dict[str, Any]] = deque(maxlen=_ENDED_MAX)
         self._tasks: set[asyncio.Task[None]] = set()
         self._running = 0
         self._closed = False
@@ -170,6 +183,11 @@ class Jobs:
     def summaries(self) -> list[tuple[dict[str, Any], bytes]]:
         """Return summary and request of each job in memory."""
         return [(job.status(), job.work.request) for job in self._jobs.values()]
+
+    def states(self) -> list[dict[str, Any]]:
+        """Return the state of each job that waits or runs, then of the latest that have ended."""
+        active = [job.status() for job in self._jobs.values() if job.active]
+        return active + list(self._ended)
 
     def cancel(self, job_id: str) -> None:
         """Cancel a job that waits or runs; one that has ended stays as it is."""
@@ -248,6 +266,7 @@ class Jobs:
     async def _finish(self, job: _Job) -> None:
         """Record how a job has ended and drop it from memory, unless the record fails."""
         await self._record(job)
+        self._ended.appendleft(job.status())
         if job.unrecorded is None:
             del self._jobs[job.id]
             return
@@ -283,16 +302,22 @@ class Jobs:
                 continue
             if self._forks.failure is not None:
                 job.turn.set_exception(ForkLost(self._forks.failure))
-            elif self._may_start(job.work):
+                continue
+            reason = self._reason_to_wait(job.work)
+            if reason is None:
                 self._start(job)
+            else:
+                job.waits_for = reason
 
-    def _may_start(self, work: JobTask) -> bool:
-        return (
-            self._running < self._settings.jobs_at_once
-            and self._forks.settled.is_set()
-            and (self._kernels.settled or not work.batches)
-            and self._memory.try_to_take(work.size)
-        )
+    def _reason_to_wait(self, work: JobTask) -> WaitsFor | None:
+        """Return what a job waits for; None once it has its memory and may start."""
+        if not self._forks.settled.is_set():
+            return "server"
+        if self._running >= self._settings.jobs_at_once:
+            return "jobs"
+        if work.batches and not self._kernels.settled:
+            return "kernels"
+        return None if self._memory.try_to_take(work.size) else "memory"
 
     def _start(self, job: _Job) -> None:
         try:

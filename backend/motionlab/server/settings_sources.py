@@ -75,6 +75,9 @@ class ServerSettings(BaseSettings, Bounds):  # pyright: ignore[reportIncompatibl
     log_level: LogLevel = Field(
         default="warning", description="Least level of what is logged; from info on, every request"
     )
+    laws: str | None = Field(
+        default=None, description="Folders and files of laws of one's own, joined as in PATH"
+    )
     data: str | None = Field(
         default=None, description="Folder of runs, trajectories, jobs and force maps"
     )

@@ -23,6 +23,7 @@ from motionlab.kernel.layout import Inputs, reads_tables
 from motionlab.kernel.own_tables import own_tables
 from motionlab.lanes import model_hash, module_hash
 from motionlab.lanes.bank import TABLES
+from motionlab.laws import OWN
 from motionlab.simulation.batch import acting, lanes_of
 from motionlab.simulation.inputs import inputs_over
 from motionlab.simulation.prepare import Prepared
@@ -158,13 +159,15 @@ def lane_run(prepared: Prepared, start: Snapshot | None, stop: int, known: Known
     Raises
     ------
     Obstacle
-        If it is too long, or a variant reads tables on one of its axes only.
+        If it is too long, has a law of one's own, or a variant reads tables on one of its axes
+        only.
     """
     first = 0 if start is None else start.tick
     if (stop - first) * len(prepared.scenario.variants) > TICKS_MAX:
         longest = TICKS_MAX * CONTROL_PERIOD
         raise Obstacle(f"it takes more than {longest:g} s, summed over variants")
     in_effect = _in_effect(prepared.epochs, first, stop)
+    _refuse_own_laws(in_effect)
     with TABLES.lease():
         lanes = lanes_of(in_effect)
         own = own_tables(lanes)
@@ -187,6 +190,13 @@ def lane_run(prepared: Prepared, start: Snapshot | None, stop: int, known: Known
         inputs,
         tables,
     )
+
+
+def _refuse_own_laws(epochs: Epochs) -> None:
+    for _, scenario in epochs:
+        for variant in scenario.variants.values():
+            if (law := variant.controller.compensation.law) in OWN:
+                raise Obstacle(f"the law {law} is of a file of one's own, which it does not have")
 
 
 def _places(arrays: Mapping[str, Array]) -> dict[str, dict[str, Any]]:

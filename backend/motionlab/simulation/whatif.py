@@ -14,6 +14,7 @@ from motionlab.config.load import epochs, load_scenario, read_source
 from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError, FieldError
 from motionlab.kernel.force_maps import map_digests
+from motionlab.laws import SOURCES
 from motionlab.simulation.prepare import Prepared, needs_plan, prepare
 from motionlab.simulation.run import run
 from motionlab.simulation.simulation import Simulation, Snapshot, sample_page
@@ -99,7 +100,8 @@ def beginning(
         unchanged = _unchanged(tables)
         stored = None
         if list(unchanged.variants) == list(changed.scenario.variants):
-            stored = _state(tables, tick, map_digests(epochs(unchanged)))
+            versions = *map_digests(epochs(unchanged)), *SOURCES.values()
+            stored = _state(tables, tick, versions)
         if stored is not None:
             return stored, stop
     if changed.work > work_max:
@@ -162,7 +164,7 @@ def _unchanged(tables: str) -> Scenario:
 
 
 @functools.lru_cache(maxsize=4)
-def _state(tables: str, tick: int, _maps: tuple[str, ...]) -> Snapshot | None:
+def _state(tables: str, tick: int, _versions: tuple[str, ...]) -> Snapshot | None:
     """Return the state of a scenario; None if it has to be planned first or a variant diverges."""
     scenario = _unchanged(tables)
     if needs_plan(scenario.trajectory):

@@ -113,14 +113,14 @@ class MapStudy(Study):
 
     def after(self, result: ForceMap, options: argparse.Namespace) -> None:
         """Write the file of ``--out``, and say where the map is kept and by which name."""
-        from motionlab.motor_design.computed_maps import kept_maps
+        from motionlab.motor_design.computed_maps import document, kept_maps
 
         super().after(result, options)
-        name = result.document.content_hash
         if shows_progress():
+            force_map = document(result)
+            where = "ships with the lab" if force_map.shipped else f"kept in {kept_maps().folder}"
             print(
-                f"motionlab: kept in {kept_maps().folder}; in a motor: "
-                f"--set plant.force_map={name}",
+                f"motionlab: {where}; in a motor: --set plant.force_map={force_map.name}",
                 file=sys.stderr,
             )
 

@@ -16,7 +16,7 @@ from motionlab.force_sharing.functions import CLOSED_FORM, FUNCTIONS, SharingPar
 from motionlab.kernel import build, force_maps, law_calls
 from motionlab.kernel.layout import PARAMETERS, STATES, LawParameters
 from motionlab.lanes import model_hash
-from motionlab.laws import LAWS
+from motionlab.laws import SHIPPED
 from motionlab.plant.magnetics import AnalyticMap
 from motionlab.plant.table_map import ANALYTIC
 from motionlab.targets.javascript import Translator
@@ -76,7 +76,7 @@ def lane_code() -> str:
         f"fields: {json.dumps(law.Parameters._fields)}, "
         f"lane: {translator.name(law.lane) if law.lane else 'null'}, "
         f"refuse: {translator.name(law.refuse)}}}"
-        for name, law in LAWS.items()
+        for name, law in SHIPPED.items()
     ]
     constants: dict[str, Any] = {
         "LAW_ROWS": len(LawParameters._fields),
@@ -95,7 +95,7 @@ def lane_code() -> str:
             f"export const CLOSED_FORM = {CLOSED_FORM};",
             f"export const PLANT_STEP = {PLANT_STEP};",
             translator.code(),
-            f"const LAWS = {{{', '.join(laws)}}};",
+            f"export const LAWS = {{{', '.join(laws)}}};",
             f"const [LANE, FRICTION] = [{lane}, {friction}];",
             _BY_HAND,
         ]

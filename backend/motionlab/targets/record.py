@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import inspect
 import math
+import traceback
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from types import FunctionType
 from typing import Any
@@ -136,7 +137,8 @@ class Recorder:
         except Exception as error:  # what lanes do not have, or what the function's author missed
             if isinstance(error, LocatedError):
                 raise
-            raise LocatedError(f"{source.name} in {source.module}: {error}") from error
+            line = _line(error, source.code.co_filename)
+            raise LocatedError(f"{source.name} in {source.module}: {line}{error}") from error
         finally:
             self._frames.pop()
         self.functions[key] = recorded
@@ -324,3 +326,15 @@ def _origin(value: Any, body: list[Statement]) -> Any:
                 pass
     plain = isinstance(value, Read) and (value.version or not value.variable.parameter)
     return None if plain else value
+
+
+def _line(error: Exception, file: str) -> str:
+    """Return the line of a file that an error arose in, where its text does not begin with one."""
+    if str(error).startswith("line "):
+        return ""
+    lines = [
+        each.lineno
+        for each in traceback.extract_tb(error.__traceback__)
+        if each.filename == file and each.name != "<module>"
+    ]
+    return f"line {lines[-1]}: " if lines else ""

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from motionlab.analysis.contouring import write_nearest
 from motionlab.kernel.accumulator import TALLY_ROWS, Tally, Target, one_more
-from motionlab.kernel.law_calls import adopt_states
 from motionlab.kernel.layout import (
     INPUT_ROWS,
     LAW_NUMBER,
@@ -39,7 +38,7 @@ from motionlab.loop.family import VELOCITIES
 from motionlab.loop.lane_controller import CONTROLLER_SIZE
 from motionlab.loop.lane_loops import MOST_FREQUENCIES, MOST_VELOCITIES, ROWS_OF_SIZES, STATES
 from motionlab.loop.lane_plant import PLANT_SIZE
-from motionlab.targets.wasm_laws import estimate_friction
+from motionlab.targets.wasm_laws import adopt_states, estimate_friction
 from motionlab.targets.wasm_loops import LANES, linearise, margins
 from motionlab.telemetry.channels import Sample
 from motionlab.telemetry.decimate import write_extremes

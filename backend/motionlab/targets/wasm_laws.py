@@ -2,14 +2,25 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from typing import Any
 
-from motionlab.kernel.law_calls import LAWS_BY_NUMBER
-from motionlab.kernel.layout import LawParameters, LawState
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab.kernel.law_calls import SHIPPED_BY_NUMBER, SHIPPED_CARRIED
+from motionlab.kernel.layout import (
+    LAW_NUMBER,
+    LAW_OF_STATE,
+    LAW_STATE,
+    LawParameters,
+    LawState,
+)
 from motionlab.lanes import Lanes, compiled, select
 from motionlab.laws.law import Estimate, Seen
 
+Array = NDArray[np.float64]
 Choice = Callable[[int, LawParameters, LawState, Seen], tuple[Estimate, LawState]]
 
 
@@ -22,7 +33,7 @@ def _lanes(value: Lanes, known: Seen) -> Lanes:
 def quotients() -> list[list[str]]:
     """Return of each law, by number, the parameters above 0 with which it has no linearisation."""
     names = []
-    for law in LAWS_BY_NUMBER:
+    for law in SHIPPED_BY_NUMBER:
         zero = dict.fromkeys(law.Parameters._fields, 0.0)
         rows = [
             f"law.p_{row}"
@@ -41,7 +52,7 @@ def _choice() -> Choice:
     """
     scope: dict[str, Any] = {"Estimate": Estimate, "LawState": LawState, "lanes": _lanes}
     lines = ["def estimate_friction(number, par, state, known):"]
-    for number, law in enumerate(LAWS_BY_NUMBER):
+    for number, law in enumerate(SHIPPED_BY_NUMBER):
         parameters = "".join(f"par[{k}]," for k in range(len(law.Parameters._fields)))
         rows = len(law.State._fields)
         own = "".join(f"state[{k}]," for k in range(rows))
@@ -52,7 +63,7 @@ def _choice() -> Choice:
             f"Parameters_{number}": law.Parameters,
             f"State_{number}": law.State,
         }
-        last = number == len(LAWS_BY_NUMBER) - 1
+        last = number == len(SHIPPED_BY_NUMBER) - 1
         lines += [
             "    if True:" if last else f"    if number == {number}:",
             f"        own, before = Parameters_{number}({parameters}), State_{number}({own})",
@@ -67,3 +78,38 @@ def _choice() -> Choice:
 
 estimate_friction: Choice = compiled(_choice())
 """Return the friction estimate by the law of a number, and the law's next state."""
+
+
+def _carrying() -> Callable[[int, int, Array, int], None]:
+    """Return the function that carries the state of one law over to another.
+
+    As text with a branch for each way to do it: the module has no memory for a table.
+    """
+    same = list(range(len(LawState._fields)))
+    ways: dict[tuple[int, ...], list[str]] = {}
+    for before, after in itertools.permutations(range(len(SHIPPED_BY_NUMBER)), 2):
+        if (sources := SHIPPED_CARRIED[before, after].tolist()) != same:
+            pair = f"(before == {before} and after == {after})"
+            ways.setdefault(tuple(sources), []).append(pair)
+    lines = ["def carry_over(before, after, state, place):"]
+    for sources, pairs in ways.items():
+        old = (f"state[{LAW_STATE + row}, place]" if row >= 0 else "0.0" for row in sources)
+        lines.append(f"    if {' or '.join(pairs)}:")
+        lines.append(f"        {', '.join(f'v_{row}' for row in same)} = {', '.join(old)}")
+        lines += [f"        state[{LAW_STATE + row}, place] = v_{row}" for row in same]
+    scope: dict[str, Any] = {}
+    exec("\n".join([*lines, "    return"]), scope)
+    return scope["carry_over"]
+
+
+_carry_over = compiled(_carrying())
+
+
+@compiled
+def adopt_states(parameters: Array, state: Array) -> None:
+    """Give lanes whose law has changed a state of their new one, as `law_calls.adopt_states`."""
+    for place in range(state.shape[1]):
+        before, after = int(state[LAW_OF_STATE, place]), int(parameters[LAW_NUMBER, place])
+        if before != after:
+            _carry_over(before, after, state, place)
+            state[LAW_OF_STATE, place] = after

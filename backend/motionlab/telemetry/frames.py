@@ -10,10 +10,13 @@ from numpy.typing import NDArray
 
 MAGIC = b"PSRM"
 PROTOCOL = 1
+THINNED = 2
+"""In place of the protocol: a frame whose samples stand for several ticks each."""
 
 _HEADER = struct.Struct("<4sHHIIQ")
+_STRIDE = struct.Struct("<II")
 HEADER_BYTES = _HEADER.size
-"""Bytes before the payload: 24, a multiple of 8."""
+"""Bytes before the payload: 24, a multiple of 8; 8 more of a thinned frame."""
 
 
 @dataclass(frozen=True)
@@ -26,24 +29,35 @@ class Frame:
         Number of the frame on its connection.
     first_tick : int
         Tick of the first sample.
-    columns : ndarray of float32, shape (columns, ticks)
+    columns : ndarray of float32, shape (columns, samples)
         In the order of the subscription.
+    stride : int
+        Ticks that each sample stands for. Above 1, two samples are the extremes of twice as many
+        ticks, in the order in which they came.
     """
 
     sequence: int
     first_tick: int
     columns: NDArray[np.float32]
+    stride: int = 1
+
+    @property
+    def end(self) -> int:
+        """The tick after its last."""
+        return self.first_tick + self.columns.shape[1] * self.stride
 
 
-def header(columns: int, sequence: int, ticks: int, first_tick: int) -> bytes:
+def header(columns: int, sequence: int, samples: int, first_tick: int, stride: int = 1) -> bytes:
     """Return a frame's header."""
-    return _HEADER.pack(MAGIC, PROTOCOL, columns, sequence, ticks, first_tick)
+    kind = PROTOCOL if stride == 1 else THINNED
+    head = _HEADER.pack(MAGIC, kind, columns, sequence, samples, first_tick)
+    return head if stride == 1 else head + _STRIDE.pack(stride, 0)
 
 
 def encode(frame: Frame) -> bytes:
     """Return a frame as bytes."""
-    count, ticks = frame.columns.shape
-    head = header(count, frame.sequence, ticks, frame.first_tick)
+    count, samples = frame.columns.shape
+    head = header(count, frame.sequence, samples, frame.first_tick, frame.stride)
     return head + np.ascontiguousarray(frame.columns, dtype="<f4").tobytes()
 
 
@@ -57,10 +71,12 @@ def decode(data: bytes) -> Frame:
     """
     if len(data) < HEADER_BYTES:
         raise ValueError(f"{len(data)} bytes are less than a header")
-    magic, protocol, count, sequence, ticks, first_tick = _HEADER.unpack_from(data)
-    if magic != MAGIC or protocol != PROTOCOL:
+    magic, protocol, count, sequence, samples, first_tick = _HEADER.unpack_from(data)
+    if magic != MAGIC or protocol not in {PROTOCOL, THINNED}:
         raise ValueError(f"{magic!r} of protocol {protocol} is no frame")
-    if len(data) != HEADER_BYTES + 4 * count * ticks:
-        raise ValueError(f"{len(data)} bytes cannot hold {count} columns of {ticks} ticks")
-    columns = np.frombuffer(data, dtype="<f4", offset=HEADER_BYTES).reshape(count, ticks)
-    return Frame(sequence, first_tick, columns)
+    begin = HEADER_BYTES + (_STRIDE.size if protocol == THINNED else 0)
+    if len(data) != begin + 4 * count * samples:
+        raise ValueError(f"{len(data)} bytes cannot hold {count} columns of {samples} samples")
+    stride = _STRIDE.unpack_from(data, HEADER_BYTES)[0] if protocol == THINNED else 1
+    columns = np.frombuffer(data, dtype="<f4", offset=begin).reshape(count, samples)
+    return Frame(sequence, first_tick, columns, stride)

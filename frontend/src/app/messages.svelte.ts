@@ -37,6 +37,12 @@ class Messages {
     this.add({ kind: 'info', text, actions, stays });
   }
 
+  /** Dismisses what no longer holds. */
+  withdraw(text: string): void {
+    const message = this.list.find((each) => each.text === text);
+    if (message) this.dismiss(message.id);
+  }
+
   dismiss(id: number): void {
     clearTimeout(this.timers.get(id));
     this.timers.delete(id);

@@ -11,6 +11,7 @@ export const SCREENS = [
   { screen: 'lab', title: 'Lab', studies: [] },
   { screen: 'trajectories', title: 'Trajectories', studies: [] },
   { screen: 'runs', title: 'Runs', studies: [] },
+  { screen: 'views', title: 'Views', studies: [] },
   { screen: 'identify', title: 'Identify', studies: ['identify'] },
   { screen: 'tune', title: 'Tune', studies: ['tune'] },
   { screen: 'sweep', title: 'Sweep', studies: ['sweep'] },
@@ -28,13 +29,14 @@ class ScreenChoice {
   /** Whether the server has the documentation: not every installation does. */
   documented = $state(true);
 
-  /** Shows a screen, with what its address says besides. */
+  /** Shows a screen, with what its address says besides; '' goes from it. */
   go(screen: Screen, parameters: Record<string, string> = {}): void {
     const more = Object.entries(parameters);
     if (screen === this.current && more.length === 0) return;
     const url = new URL(location.href);
     for (const [key, value] of [['screen', screen] as const, ...more]) {
-      url.searchParams.set(key, value);
+      if (value === '') url.searchParams.delete(key);
+      else url.searchParams.set(key, value);
     }
     history.pushState(null, '', url);
     this.current = screen;

@@ -71,7 +71,8 @@ export class Store {
   compiling = $state(false);
   /** Share of what the server compiles that is compiled, 0 to 1. */
   compiledShare = $state(1);
-  private moving = false;
+  /** What a gesture that goes on changes; empty while none does. */
+  private gesture = '';
 
   /** What the controls show. */
   readonly scenario = $derived.by((): Scenario | null => {
@@ -81,6 +82,7 @@ export class Store {
     return withChanges(current, changes, this.catalogue.resolved);
   });
 
+  private applying: Promise<boolean> | null = null;
   private readonly letters = $derived(
     Object.keys(this.session.info?.scenario.variants ?? {}).join(' '),
   );
@@ -217,13 +219,19 @@ export class Store {
     setAddress({ mode });
   }
 
-  /** Takes the value of a control; `moving` while it is held. */
+  /** Takes the value of a control; `moving` while it is held, until `rest` or a value that is not. */
   set(changes: Changes, moving = false): void {
-    const begins = !this.moving;
-    this.moving = moving;
+    const paths = Object.keys(changes).join();
+    const begins = this.gesture !== paths;
+    this.gesture = moving ? paths : '';
     this.refusals.clear(Object.keys(changes));
     if (this.mode === 'whatif') this.whatIfChanges.put(changes, begins);
     else this.live.put(changes, begins);
+  }
+
+  /** Ends the gesture that goes on: what comes next is taken back by itself. */
+  rest(): void {
+    this.gesture = '';
   }
 
   /** Plays with the what-if changes, but not with those that were taken back; or pauses. */
@@ -299,11 +307,20 @@ export class Store {
   }
 
   discard(): void {
+    this.rest();
     this.whatIfChanges.replace({});
   }
 
-  /** Gives what-if changes to the session: at its next tick, or from 0 s where they need that. */
-  async apply(): Promise<boolean> {
+  /**
+   * Gives what-if changes to the session: at its next tick, or from 0 s where they need that. Asked
+   * for again meanwhile, as by a double click, it is done once.
+   */
+  apply(): Promise<boolean> {
+    this.applying ??= this.giveStaged().finally(() => (this.applying = null));
+    return this.applying;
+  }
+
+  private giveStaged(): Promise<boolean> {
     return this.try(async () => {
       const { draft } = this;
       const { history } = this.whatIfChanges;

@@ -58,6 +58,7 @@ function changing(delay = 0): { app: Store; changes: Changes[] } {
       revision: 0,
       scenario: SCENARIO,
       changes: changes.map((set) => ({ tick: 0, set, previous: {} })),
+      events: [],
     }) as unknown as SessionInfo;
   const later = <T>(value: () => T) =>
     new Promise<T>((resolve) => setTimeout(() => resolve(value()), delay));
@@ -133,4 +134,13 @@ it('shows the switches of the session in live mode, whoever turned them', () => 
   expect(shown()).toBe(false);
   app.session.info = info(true) as SessionInfo;
   expect(shown()).toBe(true);
+});
+
+it('sends what is staged once, however often it is asked to meanwhile', async () => {
+  const { app } = playing();
+  type Giver = { give: (set: Changes) => Promise<void> };
+  const give = vi.spyOn(app as unknown as Giver, 'give').mockResolvedValue();
+  app.whatIfChanges.replace({ 'load.x': 1 });
+  expect(await Promise.all([app.apply(), app.apply()])).toEqual([true, true]);
+  expect(give).toHaveBeenCalledTimes(1);
 });

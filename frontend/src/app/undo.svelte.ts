@@ -67,6 +67,7 @@ export class Undo {
 
   async run(): Promise<void> {
     const { store } = this;
+    store.rest();
     if (this.goesBack) {
       await store.try(async () => {
         // A change may have been made that the server has not reported yet.

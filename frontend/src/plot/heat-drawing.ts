@@ -3,7 +3,7 @@
 import { drawName } from './axes';
 import type { AxisScale } from './axis-scale';
 import { crisp, markerAt, type Box, type Canvas } from './canvas';
-import { lookup, pixelOf, steps, type ColourMap } from './palette';
+import { lookup, pixelOf, steps, type ColourMap } from './colour-map';
 import { cellsOf, paint, type Rows } from './heat-grid';
 import { tracePath } from './series-drawing';
 import type { Line, Numbers, Spot } from './types';

@@ -1,5 +1,5 @@
 import { describe, expect, it } from 'vitest';
-import { lookup, pixelOf } from './palette';
+import { lookup, pixelOf } from './colour-map';
 import { cellAt, colourRange, contour, edges, keysOf, moved, paint } from './heat-grid';
 
 describe('cells', () => {

@@ -8,6 +8,8 @@ import type { Dash } from './types';
 import { nextVersion, type Underlay } from './run-overlay';
 
 export interface QuantileBand {
+  /** Of the curve that it is of. */
+  column: string;
   ink: Ink;
   /** Dashes of the edges: they distinguish B from A without colour. */
   dash: Dash;
@@ -26,7 +28,11 @@ const EDGES = 0.5;
 export class BandUnderlay implements Underlay {
   readonly version = nextVersion();
 
-  constructor(private readonly band: QuantileBand) {}
+  readonly column: string;
+
+  constructor(private readonly band: QuantileBand) {
+    this.column = band.column;
+  }
 
   read(range: Range): readonly [number, number] {
     return bandExtremes(this.band, range);

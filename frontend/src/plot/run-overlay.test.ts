@@ -1,5 +1,6 @@
 import { expect, it, vi } from 'vitest';
-import { GhostCurve, GhostPath } from './run-overlay';
+import { GhostPath } from './ghost-path';
+import { GhostCurve } from './run-overlay';
 import { PlaneView } from './mover-plane';
 import { recorder } from './recorder';
 import { ScopeChart } from './scope-chart';
@@ -30,7 +31,7 @@ it('the value axis includes a ghost, which is drawn once more when its run has m
   vi.stubGlobal('devicePixelRatio', 1);
   const trace = { column: 'B.x.following_error', label: 'B' };
   const scope = { unit: 'm', traces: [trace] };
-  const chart = new ScopeChart(canvas, scope, {} as never, true, true);
+  const chart = new ScopeChart(canvas, scope, {} as never, { first: true, last: true });
   const state = {
     range: { from: 0, to: 8 },
     follow: true,
@@ -50,6 +51,36 @@ it('the value axis includes a ghost, which is drawn once more when its run has m
   expect(calls).toHaveLength(drawn);
   chart.draw(now, { ...state, underlays: [new GhostCurve(source(5000, 2), trace, 'long')] });
   expect(calls.length).toBeGreaterThan(drawn);
+  vi.unstubAllGlobals();
+});
+
+it('a ghost shares the value axis of its curve, also where that has one of its own', () => {
+  const { canvas } = recorder();
+  Object.assign(canvas.element, {
+    addEventListener: () => undefined,
+    removeEventListener: () => undefined,
+    style: {},
+  });
+  vi.stubGlobal('devicePixelRatio', 1);
+  const [x, y] = [
+    { column: 'B.x.following_error', label: 'x' },
+    { column: 'B.y.following_error', label: 'y', own: true },
+  ];
+  const scope = { unit: 'm', traces: [x, y] };
+  const chart = new ScopeChart(canvas, scope, {} as never, { first: true, last: true });
+  const ghost = new GhostCurve(source(5000), y, 'long');
+  const drawn = vi.spyOn(ghost, 'draw');
+  chart.draw(source(1), {
+    range: { from: 0, to: 8 },
+    follow: true,
+    moments: [],
+    cursors: [],
+    hover: null,
+    selection: null,
+    underlays: [ghost],
+  });
+  expect(chart.scales.map(({ unit }) => unit)).toEqual(['m', 'km']);
+  expect(drawn.mock.calls[0]?.[2].shown.unit).toBe('km');
   vi.unstubAllGlobals();
 });
 

@@ -1,19 +1,20 @@
-/** Curves and paths of another run, behind the present ones: the same hue, muted, with dashes of the run. */
+/** Curves of another run, behind the present ones: hue and dashes of the run, B the bolder line. */
 
 import type { AxisScale } from './axis-scale';
 import type { Canvas } from './canvas';
-import { pathBins, pathValues } from './mover-plane';
 import type { Plane } from './plane';
 import type { Range } from './range';
 import type { SampleSource } from './source';
 import { SourceCurve } from './source-curve';
 import type { Trace, Traces } from './scope-chart';
 import type { Dash, Look } from './types';
-import { looksOf } from './palette';
+import { RUN_INKS } from './palette';
 
 export interface Underlay {
   /** Changes whenever there is something new to draw; no two share one. */
   readonly version: number;
+  /** The column of the curve that it lies behind, whose value axis it shares. */
+  readonly column: string;
   /** Reads what the window holds for so many pixels; returns its least and largest value. */
   read(range: Range, pixels: number): readonly [number, number];
   draw(canvas: Canvas, x: AxisScale, y: AxisScale): void;
@@ -32,20 +33,23 @@ let versions = 0;
 
 export const nextVersion = () => ++versions;
 
-const STRENGTH = 0.6;
+export const STRENGTH = 0.8;
+const [THIN, BOLD] = [1.25, 2];
 /** Bins for each pixel: what lies behind is drawn for half the price. */
 const COARSER = 0.5;
 
 export class GhostCurve implements Underlay {
   readonly version = nextVersion();
+  readonly column: string;
   private readonly curve: SourceCurve;
 
   constructor(
     private readonly source: SampleSource,
     { column, ink = 'text' }: Trace,
-    dash: Dash,
+    look: Dash | Look,
   ) {
-    this.curve = new SourceCurve(column, { ink, dash, width: 1.25 });
+    this.column = column;
+    this.curve = new SourceCurve(column, { ink, width: 1.25, ...looked(look) });
   }
 
   read({ from, to }: Range, pixels: number): readonly [number, number] {
@@ -59,67 +63,8 @@ export class GhostCurve implements Underlay {
   }
 }
 
-/** Path of one mover of another run: its reference less the factor times its error. */
-export class GhostPath implements PathUnderlay {
-  readonly version = nextVersion();
-  private points: Record<'x' | 'y' | 'ex' | 'ey', Float32Array> | null = null;
-  private range: Range = { from: 0, to: 0 };
-  private largest = 0;
-
-  constructor(
-    private readonly source: SampleSource,
-    private readonly variant: string,
-    private readonly dash: Dash,
-  ) {}
-
-  read({ from, to }: Range): number {
-    const { source, variant } = this;
-    // It moves on by a moment far more often than by its range.
-    if (this.points && from === this.range.from && to === this.range.to) return this.largest;
-    this.range = { from, to };
-    const bins = pathBins(source, { from, to });
-    const points = {
-      x: pathValues(source, 'x.position_reference', bins),
-      y: pathValues(source, 'y.position_reference', bins),
-      ex: pathValues(source, `${variant}.x.following_error`, bins),
-      ey: pathValues(source, `${variant}.y.following_error`, bins),
-    };
-    this.points = points;
-    this.largest = 0;
-    points.ex.forEach((ex, i) => {
-      const error = Math.hypot(ex, points.ey[i] as number);
-      if (error > this.largest) this.largest = error;
-    });
-    return this.largest;
-  }
-
-  draw(canvas: Canvas, plane: Plane, factor: number, at: number): void {
-    const { c } = canvas;
-    const { points } = this;
-    const { ink = 'text' } = looksOf(this.variant);
-    if (!points) return;
-    c.globalAlpha = STRENGTH;
-    canvas.pen(ink, 1.25, this.dash);
-    c.beginPath();
-    canvas.trace(points.x.length, (i) => [
-      plane.px((points.x[i] as number) - factor * (points.ex[i] as number)),
-      plane.py((points.y[i] as number) - factor * (points.ey[i] as number)),
-    ]);
-    c.stroke();
-    const [x, y] = (['x', 'y'] as const).map(
-      (axis) =>
-        this.source.at(`${axis}.position_reference`, at) -
-        factor * this.source.at(`${this.variant}.${axis}.following_error`, at),
-    ) as [number, number];
-    if (Number.isFinite(x + y)) {
-      canvas.pen(ink, 1.5);
-      c.beginPath();
-      c.arc(plane.px(x), plane.py(y), 4, 0, 2 * Math.PI);
-      c.stroke();
-    }
-    c.globalAlpha = 1;
-  }
-}
+export const looked = (look: Dash | Look): Look =>
+  typeof look === 'string' ? { dash: look } : look;
 
 const DASHES: readonly Dash[] = ['long', 'dot', 'dashdot', 'dash'];
 
@@ -132,21 +77,21 @@ export interface GhostRun {
   over(range: Range): SampleSource | null;
 }
 
-interface Drawn<T> {
+export interface Drawn<T> {
   source: SampleSource;
   list: readonly T[];
 }
 
 const curves = new WeakMap<GhostRun, WeakMap<Traces, Drawn<Underlay>>>();
-const paths = new WeakMap<GhostRun, Drawn<PathUnderlay>>();
 
-function dashOf({ slot }: GhostRun): Dash {
-  return DASHES[slot] ?? 'long';
+/** The look of a run, in legends and lists: whichever else are drawn, it keeps its own. */
+export function lookOf({ slot }: Pick<GhostRun, 'slot'>): Look {
+  return { ink: RUN_INKS[slot] ?? 'text', dash: DASHES[slot] ?? 'long', width: 2 };
 }
 
-/** The look of a run in legends. */
-export function lookOf(run: GhostRun): Look {
-  return { dash: dashOf(run), width: 2 };
+/** The same of one of its variants: B is the bolder line. */
+export function lookOfVariant(run: GhostRun, variant: string): Look {
+  return { ...lookOf(run), width: variant === 'B' ? BOLD : THIN };
 }
 
 /** Traces of a scope that a run has too; references would cover each other. */
@@ -169,29 +114,10 @@ export function behind(
     curves.set(run, scopes);
     const drawn = scopes.get(scope);
     if (drawn?.source === source) return drawn.list;
-    const list = tracesOf(run, scope).map((trace) => new GhostCurve(source, trace, dashOf(run)));
-    scopes.set(scope, { source, list });
-    return list;
-  });
-}
-
-/** Paths of the movers of the runs. */
-export function movers(
-  runs: readonly GhostRun[],
-  variants: readonly string[],
-  range: Range,
-): readonly PathUnderlay[] {
-  return runs.flatMap((run) => {
-    const source = run.shown ? run.over(range) : null;
-    if (!source) return [];
-    const drawn = paths.get(run);
-    if (drawn?.source === source) return drawn.list;
-    const list = variants.flatMap((variant) =>
-      source.has(`${variant}.x.following_error`)
-        ? [new GhostPath(source, variant, dashOf(run))]
-        : [],
+    const list = tracesOf(run, scope).map(
+      (trace) => new GhostCurve(source, trace, lookOfVariant(run, trace.column.charAt(0))),
     );
-    paths.set(run, { source, list });
+    scopes.set(scope, { source, list });
     return list;
   });
 }

@@ -15,7 +15,7 @@ describe('scopes', () => {
   const all = specs.map((spec, place) => scopeOf(spec, UNITS, place));
 
   it('tell B from A without colour', () => {
-    const [a, b, difference] = all[0]?.traces ?? [];
+    const [a, b, difference] = all[0]?.all ?? [];
     expect(difference?.dash).toBeDefined();
     expect([a?.marker, b?.marker]).toEqual([undefined, 'dot']);
   });

@@ -168,7 +168,7 @@ export function scopeOf(spec: ScopeSpec, units: ReadonlyMap<string, string>, pla
     unit: all[0]?.unit ?? '1',
     all,
     traces: all.filter(({ hidden }) => !hidden),
-    ...(errors ? { still: STILL } : {}),
+    ...(errors ? { still: STILL, spread: true } : {}),
   };
 }
 
@@ -230,7 +230,8 @@ function errorScope(variants: readonly string[], axis: Axis): ScopeSpec {
   const [a, b] = variants;
   const channel = `${axis}.following_error`;
   const difference = a !== undefined && b !== undefined ? [`${a}-${b}.${channel}`] : [];
-  return scopeWith(...both(variants, channel), ...difference);
+  // It would cover the curve that it comes from.
+  return { ...scopeWith(...both(variants, channel), ...difference), hidden: difference };
 }
 
 function motion(variants: readonly string[], axis: Axis, quantity: string): ScopeSpec {

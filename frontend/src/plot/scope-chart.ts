@@ -7,6 +7,7 @@ import { crisp, type Canvas } from './canvas';
 import { ScrollingCurves } from './scrolling-curves';
 import { ChartPointer, type ChartEvents, type TimeAxis } from './chart-pointer';
 import type { Ink } from './palette';
+import { axisParts, endsOf } from './axis-parts';
 import { calmRange, multiples, roundStep, type Range } from './range';
 import type { SampleSource } from './source';
 import { SourceCurve } from './source-curve';
@@ -19,6 +20,8 @@ const AXIS = 22;
 const EDGE = 6;
 /** Right of the curves: without and with a second value axis. */
 export const RIGHT = { plain: 18, second: 62 } as const;
+/** Of a strip, around its curves. */
+const STRIP = 2;
 /** Least distance between two times. */
 const COLUMN = 70;
 /** A label with fewer letters of it tells nothing. */
@@ -38,12 +41,27 @@ export interface Trace extends Look {
   own?: boolean;
 }
 
+/** Where a chart stands among those that share its time axis. */
+export interface Standing {
+  /** The labels of moments stand in it. */
+  first?: boolean;
+  /** The time axis stands under it. */
+  last?: boolean;
+  /** Curves alone, small: no axes, no pointer. */
+  strip?: boolean;
+}
+
 /** What a chart draws over time. */
 export interface Traces {
   unit: string;
   traces: Trace[];
   /** Span of the value axis while all is zero. */
   still?: number;
+  /**
+   * Whether a trace that is far smaller than the largest gets an axis of its own by itself: with the
+   * same zero and the same ticks, a round factor smaller.
+   */
+  spread?: boolean;
 }
 
 /** A moment worth a line on the time axis: a change of parameters, a push. */
@@ -65,6 +83,8 @@ export interface ChartState {
   levels?: readonly number[];
   /** Time under the pointer of any scope, and what its drag has marked. */
   hover: number | null;
+  /** The moment that is played. */
+  playhead?: number | null;
   selection: Range | null;
   /** What lies behind the curves; the value axis includes it. */
   underlays: readonly Underlay[];
@@ -78,6 +98,8 @@ interface Group {
   curves: SourceCurve[];
   values: Range | null;
   y: AxisScale;
+  /** How much smaller than the first axis it is; 0 where it has ends of its own. */
+  part: number;
 }
 
 export class ScopeChart implements TimeAxis {
@@ -85,11 +107,15 @@ export class ScopeChart implements TimeAxis {
   cursors: readonly number[] = [];
   levels: readonly number[] = [];
   private readonly c: CanvasRenderingContext2D;
-  private readonly pointer: ChartPointer;
+  private readonly pointer: ChartPointer | null;
   private readonly curves: SourceCurve[];
-  private readonly groups: Group[];
+  private groups: Group[];
   private right: number = RIGHT.plain;
   private x: AxisScale;
+  private readonly first: boolean;
+  private readonly last: boolean;
+  private readonly strip: boolean;
+  private readonly gutter: number;
   /** Where samples come one after the other and nothing lies behind them. */
   private picture: ScrollingCurves | null = null;
   private drawn = '';
@@ -97,39 +123,44 @@ export class ScopeChart implements TimeAxis {
   constructor(
     private readonly canvas: Canvas,
     private readonly scope: Traces,
-    events: ChartEvents,
-    /** Whether the labels of moments stand in this scope, and the time axis under it. */
-    private readonly first: boolean,
-    private last: boolean,
+    events: ChartEvents | null,
+    { first = false, last = false, strip = false }: Standing,
   ) {
-    this.last ||= canvas.alone;
+    this.first = first;
+    this.last = last || canvas.alone;
+    this.strip = strip && !canvas.alone;
+    this.gutter = this.strip ? STRIP : GUTTER;
     this.c = canvas.c;
     this.curves = scope.traces.map((trace) => new SourceCurve(trace.column, trace));
     this.x = this.timeScale();
-    this.groups = groupsOf(scope).map(({ unit, places }) => ({
-      unit,
-      curves: places.map((place) => this.curves[place] as SourceCurve),
-      values: null,
-      y: this.valueScale({ from: 0, to: 0 }, unit),
-    }));
-    this.pointer = new ChartPointer(canvas.element, this, events);
+    this.groups = groupsOf(scope).map(({ unit, places }) =>
+      this.group(
+        unit,
+        places.map((place) => this.curves[place] as SourceCurve),
+      ),
+    );
+    this.pointer = events && !this.strip ? new ChartPointer(canvas.element, this, events) : null;
+  }
+
+  private group(unit: string, curves: SourceCurve[], part = 0): Group {
+    return { unit, curves, values: null, y: this.valueScale({ from: 0, to: 0 }, unit), part };
   }
 
   destroy(): void {
-    this.pointer.destroy();
+    this.pointer?.destroy();
   }
 
   /** Draws, unless nothing has changed since the last time. */
   draw(source: SampleSource, state: ChartState): void {
     const { range, follow, hold, moments, cursors, levels, hover, selection, underlays } = state;
     const behind = underlays.map(({ version }) => version).join();
-    const key = `${source.version} ${range.from} ${range.to} ${follow} ${hold?.join()} ${moments.length} ${cursors.join()} ${levels?.join()} ${hover} ${selection?.from} ${selection?.to} ${behind} ${state.right}`;
+    const key = `${source.version} ${range.from} ${range.to} ${follow} ${hold?.join()} ${moments.length} ${cursors.join()} ${levels?.join()} ${hover} ${state.playhead} ${selection?.from} ${selection?.to} ${behind} ${state.right}`;
     if (key === this.drawn) return;
     this.drawn = key;
     this.range = range;
     this.cursors = cursors;
     this.levels = levels ?? [];
-    this.right = state.right ?? RIGHT.plain;
+    this.right = this.strip ? STRIP : (state.right ?? RIGHT.plain);
     const grows = source.revision !== undefined && underlays.length === 0 && !this.canvas.alone;
     this.picture = grows ? (this.picture ?? new ScrollingCurves(this.canvas)) : null;
     this.x = this.timeScale();
@@ -138,19 +169,22 @@ export class ScopeChart implements TimeAxis {
     const any = this.read(source, state, bins, kept);
     const { canvas, x, y } = this;
     canvas.clear();
-    const times = withUnit(x.ticks(COLUMN), x);
-    drawAxes(canvas, x, y, { x: times, y: any ? valueTicks(y) : [] }, { bare: !this.last });
-    this.secondAxis();
-    this.moments(state);
+    if (!this.strip) {
+      const times = withUnit(x.ticks(COLUMN), x);
+      drawAxes(canvas, x, y, { x: times, y: any ? valueTicks(y) : [] }, { bare: !this.last });
+      this.secondAxis();
+      this.moments(state);
+    }
     if (this.picture) this.picture.draw(source, this.groups, x, bins, kept);
     else {
       canvas.clipped(boxOf(x, y), () => {
-        for (const each of underlays) each.draw(canvas, x, y);
+        for (const each of underlays) each.draw(canvas, x, this.groupOf(each)?.y ?? y);
         for (const group of this.groups) {
           for (const curve of group.curves) curve.draw(canvas, source, x, group.y);
         }
       });
     }
+    if (this.strip) return;
     // Round markers at round times: they move along with the curve.
     const marked = multiples(range, roundStep((range.to - range.from) / MARKS_ACROSS));
     for (const group of this.groups) {
@@ -160,6 +194,7 @@ export class ScopeChart implements TimeAxis {
       }
     }
     this.valueCursors();
+    this.played(source, state.playhead ?? null);
     this.pointed(source, state);
   }
 
@@ -175,6 +210,14 @@ export class ScopeChart implements TimeAxis {
     );
   }
 
+  /** Ends of the value axis of each trace that was given one by itself, in their order; else null. */
+  get spreads(): readonly (AxisScale | null)[] {
+    return this.curves.map(
+      (curve) =>
+        this.groups.find(({ part, curves }) => part > 0 && curves.includes(curve))?.y ?? null,
+    );
+  }
+
   get ends(): readonly [number, number] {
     return this.x.pixels;
   }
@@ -186,18 +229,25 @@ export class ScopeChart implements TimeAxis {
 
   /** Width of the curves, CSS pixels. */
   private get across(): number {
-    return Math.max(50, this.canvas.width - GUTTER - this.right);
+    return Math.max(50, this.canvas.width - this.gutter - this.right);
   }
 
   private timeScale(): AxisScale {
     const { range, across } = this;
     const [from, to] = this.picture?.snapped(range, across) ?? [range.from, range.to];
-    return new AxisScale(TIME, from, to, [GUTTER, GUTTER + across]);
+    return new AxisScale(TIME, from, to, [this.gutter, this.gutter + across]);
   }
 
   private valueScale({ from, to }: Range, unit: string): AxisScale {
-    const bottom = this.canvas.height - (this.last ? AXIS : EDGE);
-    return new AxisScale({ label: '', unit }, from, to, [bottom, EDGE]);
+    const edge = this.strip ? STRIP : EDGE;
+    const bottom = this.canvas.height - (this.last && !this.strip ? AXIS : edge);
+    return new AxisScale({ label: '', unit }, from, to, [bottom, edge]);
+  }
+
+  /** The curves whose value axis something behind them shares: those with its column, else the first. */
+  private groupOf({ column }: Underlay): Group | undefined {
+    const of = ({ curves }: Group) => curves.some((curve) => curve.column === column);
+    return this.groups.find(of) ?? this.groups[0];
   }
 
   /** Reads what the window holds and fits the value axes; whether there is anything. */
@@ -209,14 +259,29 @@ export class ScopeChart implements TimeAxis {
   ): boolean {
     const { range, across } = this;
     let any = false;
+    const read = new Map(this.curves.map((curve) => [curve, curve.read(source, bins, kept)]));
+    const behind = new Map(underlays.map((each) => [each, each.read(range, across)]));
+    if (this.scope.spread && follow) this.spread(read, behind);
+    const extentsOf = (group: Group) => [
+      ...group.curves.map((curve) => read.get(curve) as readonly [number, number]),
+      ...[...behind].flatMap(([each, extent]) => (this.groupOf(each) === group ? [extent] : [])),
+    ];
+    // The axes that are a part of the first one have its zero: it holds what they have to, so much larger.
+    const larger = this.groups
+      .filter(({ part }) => part > 0)
+      .flatMap((group) =>
+        extentsOf(group).map(([low, high]) => [low / group.part, high / group.part] as const),
+      );
     this.groups.forEach((group, place) => {
-      const extents = [
-        ...group.curves.map((curve) => curve.read(source, bins, kept)),
-        ...(place === 0 ? underlays.map((each) => each.read(range, across)) : []),
-      ];
+      const extents = [...extentsOf(group), ...(place === 0 ? larger : [])];
       const low = Math.min(...extents.map(([least]) => least));
       const high = Math.max(...extents.map(([, most]) => most));
       if (place === 0 && low <= high) any = true;
+      if (group.part > 0) {
+        const { from, to } = this.y;
+        group.y = this.valueScale({ from: from * group.part, to: to * group.part }, group.unit);
+        return;
+      }
       if (follow || !group.values) {
         group.values = calmRange(follow ? group.values : null, low, high, this.scope.still);
       }
@@ -224,6 +289,41 @@ export class ScopeChart implements TimeAxis {
       group.y = this.valueScale(held, group.unit);
     });
     return any;
+  }
+
+  /** Gives curves that are far smaller than the largest of their axis, with what lies behind them, one of their own. */
+  private spread(
+    read: ReadonlyMap<SourceCurve, readonly [number, number]>,
+    behind: ReadonlyMap<Underlay, readonly [number, number]>,
+  ): void {
+    const [main] = this.groups;
+    if (!main) return;
+    const together = this.groups.filter((group) => group === main || group.part > 0);
+    const curves = this.curves.filter((curve) =>
+      together.some((group) => group.curves.includes(curve)),
+    );
+    const ends = curves.map((curve) =>
+      endsOf([
+        read.get(curve) as readonly [number, number],
+        ...[...behind].flatMap(([{ column }, extent]) => (column === curve.column ? [extent] : [])),
+      ]),
+    );
+    const parts = axisParts(
+      ends,
+      curves.map((curve) => together.find((group) => group.curves.includes(curve))?.part ?? 0),
+    );
+    if (
+      curves.every((curve, i) =>
+        together.find(({ part }) => part === parts[i])?.curves.includes(curve),
+      )
+    )
+      return;
+    const others = this.groups.filter((group) => !together.includes(group));
+    const groups = [0, ...new Set(parts.filter((part) => part > 0))].map((part) => ({
+      ...(part === 0 ? main : this.group(main.unit, [], part)),
+      curves: curves.filter((_, i) => parts[i] === part),
+    }));
+    this.groups = [...groups, ...others];
   }
 
   /** Numbers of the second value axis, at the right edge, in the colour of its curve. */
@@ -235,7 +335,13 @@ export class ScopeChart implements TimeAxis {
     const ink = second.curves.length === 1 ? (second.curves[0]?.look.ink ?? 'axis') : 'axis';
     canvas.font();
     canvas.pen(ink);
-    const level = valueTicks(second.y);
+    const level =
+      second.part > 0
+        ? withUnit(
+            second.y.named(valueTicks(this.y).map(({ value }) => value * second.part)),
+            second.y,
+          )
+        : valueTicks(second.y);
     canvas.lines(level.map(({ value }) => {
       const py = crisp(second.y.px(value));
       return [at, py, at + 4, py] as const;
@@ -334,6 +440,18 @@ export class ScopeChart implements TimeAxis {
       const py = y.px(source.at(column, time));
       if (!(py >= top && py <= bottom)) continue;
       this.canvas.dot(this.x.px(time), py, radius, ink);
+    }
+  }
+
+  /** The line at the moment that is played, and the values there. */
+  private played(source: SampleSource, playhead: number | null): void {
+    const { from, to } = this.range;
+    if (playhead === null || playhead < from || playhead > to) return;
+    this.upright(playhead, 'axis', 'solid');
+    for (const { curves, y } of this.groups) {
+      for (const { column, look } of curves) {
+        this.dots(source, column, look.ink, [playhead], 2.5, y);
+      }
     }
   }
 

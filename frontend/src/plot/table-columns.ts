@@ -2,12 +2,14 @@
 
 import type { AxisScale } from './axis-scale';
 import { ascending, errorEnds, finite } from './curves';
-import type { Band, Numbers, Series } from './types';
+import type { Band, Look, Numbers, Series } from './types';
 
 export interface Column {
   name: string;
   unit: string;
   cells: string[];
+  /** Of the curve that it has the numbers of, where others are like it. */
+  look?: Look;
 }
 
 /** More rows than these could not be read; of longer curves every so many points are shown. */

@@ -25,15 +25,21 @@ interface Place {
 interface Kept {
   name: string;
   scopes: string;
+  /** Places of the open scopes: `0,2`. */
+  open?: unknown;
 }
 
 export class Layout {
   /** Of the one that it began as; empty for the usual one. */
   name = $state('');
-  /** The scope that has the whole height, by its place; -1 while all are shown. */
-  maximised = $state(-1);
+  /** Places of the scopes that are drawn in full; the others are strips. */
+  open = $state.raw<readonly number[]>([0]);
   /** The scope that channels are being chosen for; null while none are, its end for a new scope. */
   choosing = $state<number | null>(null);
+  /** Lists of channels that are there to choose from. */
+  lists = 0;
+  /** What is typed for such a list while it is being loaded; a line ends where Enter was pressed. */
+  early = '';
   /** What was changed; null while it is as it ships. */
   private own = $state.raw<readonly ScopeSpec[] | null>(null);
 
@@ -43,6 +49,7 @@ export class Layout {
     const address = linked ? fromAddress('scopes') : null;
     this.own = readLayout(address ?? kept.scopes);
     this.name = address === null ? kept.name : (fromAddress('layout') ?? '');
+    this.open = openOf((linked ? fromAddress('open') : null) ?? kept.open);
   }
 
   get scopes(): readonly ScopeSpec[] {
@@ -62,10 +69,24 @@ export class Layout {
     return layoutText(this.scopes);
   }
 
+  /** What an address says of it: `scopes` empty for those of its name, `open` for the first alone. */
+  get parameters(): { scopes: string; layout: string; open: string } {
+    const { own, name, open } = this;
+    const places = open.join() === '0' ? '' : open.join();
+    return { scopes: own ? layoutText(own) : '', layout: name, open: places };
+  }
+
+  /** Takes what an address says, which this browser does not keep until it is changed. */
+  readParameters({ scopes, layout, open }: Record<'scopes' | 'layout' | 'open', unknown>): void {
+    this.own = readLayout(String(scopes ?? ''));
+    this.name = String(layout ?? '');
+    this.open = openOf(open);
+  }
+
   /** Takes a layout that ships, by its name, or one that is kept: its scopes, one text each. */
   take(name: string, scopes: readonly string[] | null = null): void {
     const read = scopes?.map(readScope).filter((scope) => scope !== null) ?? null;
-    this.maximised = -1;
+    this.open = [0];
     this.name = name;
     this.put(read?.length ? read : null);
   }
@@ -87,7 +108,10 @@ export class Layout {
   }
 
   add(...channels: string[]): void {
-    if (!this.full) this.put([...this.scopes, scopeWith(...channels)]);
+    if (this.full) return;
+    const place = this.scopes.length;
+    this.open = this.open.length > 1 ? [...this.open, place] : [place];
+    this.put([...this.scopes, scopeWith(...channels)]);
   }
 
   /** Takes a channel from a scope; the last one takes its scope with it. */
@@ -132,12 +156,26 @@ export class Layout {
 
   remove(place: number): void {
     if (this.scopes.length < 2) return;
-    this.maximised = -1;
-    this.put(this.scopes.filter((_, i) => i !== place));
+    this.rearrange(this.scopes.map((_, i) => i).filter((i) => i !== place));
   }
 
   move(place: number, to: number): void {
-    this.put(moved(this.scopes, place, to));
+    this.rearrange(
+      moved(
+        this.scopes.map((_, i) => i),
+        place,
+        to,
+      ),
+    );
+  }
+
+  /** Puts the scopes of these places one after the other; those that were open stay so. */
+  private rearrange(places: readonly number[]): void {
+    const { scopes, open } = this;
+    const next = places.flatMap((place) => scopes[place] ?? []);
+    const opened = places.flatMap((place, i) => (open.includes(place) ? [i] : []));
+    this.open = opened.length > 0 ? opened : [0];
+    this.put(next);
   }
 
   /** Shows or hides a trace. */
@@ -173,16 +211,29 @@ export class Layout {
     if (this.holds) this.put(this.scopes.map((spec) => ({ ...spec, hold: null })));
   }
 
-  maximise(place: number): void {
-    this.maximised = this.maximised === place || place >= this.scopes.length ? -1 : place;
+  /** Brings one scope forward: it alone is drawn in full. */
+  forward(place: number): void {
+    if (place < this.scopes.length) this.setOpen([place]);
   }
 
-  /** Moves the line below a scope by a share of it and the next. */
-  resize(place: number, share: number): void {
-    const [above, below] = [this.scopes[place], this.scopes[place + 1]];
+  /** Draws a scope in full beside those that are, or folds it to a strip again. */
+  toggleOpen(place: number): void {
+    const { open } = this;
+    if (!open.includes(place)) this.setOpen([...open, place].sort((a, b) => a - b));
+    else if (open.length > 1) this.setOpen(open.filter((each) => each !== place));
+  }
+
+  private setOpen(open: readonly number[]): void {
+    this.open = open;
+    this.keep();
+  }
+
+  /** Moves the line between two open scopes by a share of both. */
+  resize(place: number, next: number, share: number): void {
+    const [above, below] = [this.scopes[place], this.scopes[next]];
     if (!above || !below) return;
     const [first, second] = resized(above.size, below.size, share);
-    const sizes: Record<number, number> = { [place]: first, [place + 1]: second };
+    const sizes: Record<number, number> = { [place]: first, [next]: second };
     this.put(this.scopes.map((spec, i) => ({ ...spec, size: sizes[i] ?? spec.size })));
   }
 
@@ -192,10 +243,23 @@ export class Layout {
 
   private put(scopes: readonly ScopeSpec[] | null): void {
     this.own = scopes;
-    const text = scopes ? layoutText(scopes) : '';
-    save(this.place.key, { name: this.name, scopes: text });
-    if (this.place.linked) setAddress({ scopes: text, layout: this.name });
+    this.keep();
   }
+
+  private keep(): void {
+    const { place, parameters } = this;
+    const { layout: name, scopes, open } = parameters;
+    save(place.key, { name, scopes, open });
+    if (place.linked) setAddress(parameters);
+  }
+}
+
+/** Reads the places of open scopes; the first one where there are none. */
+function openOf(text: unknown): readonly number[] {
+  const places = /^\d{1,2}(,\d{1,2})*$/.test(String(text))
+    ? String(text).split(',').map(Number)
+    : [0];
+  return [...new Set(places)].sort((a, b) => a - b);
 }
 
 function toggled(names: readonly string[], name: string): string[] {

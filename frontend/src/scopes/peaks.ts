@@ -130,7 +130,7 @@ export function tellPeak(view: TimeView, peak: Peak | null, way: 1 | -1): void {
   const text = `${column}: ${read.number} ${read.unit} at ${digits(time, 7)} s`;
   // All digits, SI, as other programs read them.
   const exact = `${column}\t${time}\t${value}`;
-  const why = view.whyOf?.(peak);
+  const why = view.whyOf?.(column);
   messages.info(`Peak of ${channelName(column)}, ${text}`, [
     { name: 'Copy', run: () => void copyText(exact) },
     ...(why ? [{ name: 'Why?', run: why }] : []),

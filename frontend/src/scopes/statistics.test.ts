@@ -2,7 +2,7 @@ import { expect, it } from 'vitest';
 import { Ring } from '../app/stream/ring';
 import { StillSource } from '../plot/source';
 import { LiveSource } from './live-source';
-import { statistics } from './statistics';
+import { between, statistics } from './statistics';
 
 const STEP = 0.0005;
 
@@ -48,4 +48,11 @@ it('take a curve as even between the extremes of a bin', () => {
 it('are not there where nothing is', () => {
   const figures = statistics(live([1, 2]), 'e', { from: 5, to: 6 });
   expect(Object.values(figures).every((value) => !Number.isFinite(value))).toBe(true);
+});
+
+it('both cursors’ samples are part of what is measured between them', () => {
+  const at = (k: number) => k * 5e-4;
+  // Floor of the quotient alone would put 3 periods of 0.5 ms before the third sample.
+  expect(between([at(45) + 2e-4, at(3)], 5e-4)).toEqual({ from: at(3), to: at(46) });
+  expect(between([at(7), at(7)], 5e-4)).toEqual({ from: at(7), to: at(8) });
 });

@@ -17,8 +17,7 @@ import {
 } from '../plot/source';
 import type { Underlay } from '../plot/run-overlay';
 import type { Layout } from './layout.svelte';
-import type { Peak } from './peaks';
-import type { Statistic } from './statistics';
+import { between, type Statistic } from './statistics';
 import { channelsOf } from './trigger/detector';
 import { Trigger } from './trigger/trigger.svelte';
 
@@ -97,6 +96,7 @@ export abstract class TimeView {
   abstract get variants(): readonly string[];
   /** Whose channels expressions read. */
   abstract get whose(): Whose;
+  /** What the curves depend on: changes, pushes, stops. */
   abstract get moments(): readonly Moment[];
   /** The stretch that metrics are of. */
   abstract get window(): Range | null;
@@ -111,11 +111,16 @@ export abstract class TimeView {
       .filter(({ all }) => all.length > 0);
   });
 
-  /** The scopes that are shown: all, or the one that has the whole height. */
+  /** The scopes that are drawn in full: one, unless a person has opened more. */
   readonly scopes: readonly Scope[] = $derived.by(() => {
-    const alone = this.all.filter(({ place }) => place === this.layout.maximised);
-    return alone.length > 0 ? alone : this.all;
+    const open = this.all.filter(({ place }) => this.layout.open.includes(place));
+    return open.length > 0 ? open : this.all.slice(0, 1);
   });
+
+  /** The others, of which a strip is shown. */
+  readonly strips: readonly Scope[] = $derived.by(() =>
+    this.all.filter((scope) => !this.scopes.includes(scope)),
+  );
 
   /** Columns to read: of all scopes, so that showing one alone asks for nothing anew. */
   private readonly drawn: readonly string[] = $derived.by(() => columnsOf(this.all, this.variants));
@@ -127,12 +132,23 @@ export abstract class TimeView {
     return more.length === 0 ? drawn : [...drawn, ...more];
   });
 
-  /** What is marked on the time axis: the moments, and the trigger of what is shown. */
+  /** What is marked on the time axis: moments, the clock, and the trigger of what is shown. */
   readonly marks: readonly Moment[] = $derived.by(() => {
     const { shown } = this.trigger;
-    if (!shown || shown.free) return this.moments;
-    return [...this.moments, { time: shown.time, label: 'trigger' }];
+    const marks = [...this.moments, ...this.clock].sort((a, b) => a.time - b.time);
+    if (!shown || shown.free) return marks;
+    return [...marks, { time: shown.time, label: 'trigger' }];
   });
+
+  /** What people did to the clock: no trigger, and nothing that the curves depend on. */
+  get clock(): readonly Moment[] {
+    return [];
+  }
+
+  /** The moment that is played of a record; null where none is, or a cursor shows it. */
+  get playhead(): number | null {
+    return null;
+  }
 
   /** Samples that come while one looks; null where all are there already. */
   get coming(): SampleSource | null {
@@ -154,8 +170,8 @@ export abstract class TimeView {
   /** Why a trace has no samples; empty where it should have. */
   readonly missing?: (column: string) => string;
 
-  /** What asks why there is a peak, at which the last cursor stands; null where that cannot be told. */
-  readonly whyOf?: (peak: Peak) => (() => void) | null;
+  /** What asks why a trace is so large where the last cursor stands; null where that cannot be told. */
+  readonly whyOf?: (column: string) => (() => void) | null;
 
   /** Which of several states the curves are of, as a name says it: `live`. */
   get state(): string {
@@ -187,8 +203,7 @@ export abstract class TimeView {
 
   /** The stretch that statistics are of: between two cursors, else what is visible. */
   get measured(): Range {
-    const [from = 0, to = 0] = [...this.cursors].sort((a, b) => a - b);
-    return this.cursors.length === 2 ? { from, to } : this.range;
+    return this.cursors.length === 2 ? between(this.cursors, this.period) : this.range;
   }
 
   /** Looks at a stretch of time, as far as there is any; at the whole, where it is that long. */
@@ -237,7 +252,7 @@ export abstract class TimeView {
     const { from, to } = this.range;
     const now = from + AHEAD * (to - from);
     const close = 1e-6 * (to - from) + this.period / 2;
-    const times = this.moments.map(({ time }) => time).filter((time) => (time - now) * way > close);
+    const times = this.marks.map(({ time }) => time).filter((time) => (time - now) * way > close);
     const next = way > 0 ? Math.min(...times) : Math.max(...times);
     if (Number.isFinite(next)) this.jump(next);
   }

@@ -85,6 +85,16 @@ export function digits(value: number, significant = 3): string {
   return minus(text);
 }
 
+/** A factor on an amplitude, such as a gain margin, dB. */
+export const decibels = (factor: number): number => 20 * Math.log10(factor);
+
+export const degrees = (rad: number): number => (rad * 180) / Math.PI;
+
+/** Writes simulated over real time. */
+export function speedText(speed: number): string {
+  return `${Number(speed.toPrecision(2))} ×`;
+}
+
 /** Replaces the hyphen by a minus sign, which is as wide as a plus and a digit. */
 export function minus(text: string): string {
   return text.replace(/-/g, '−');
@@ -195,6 +205,13 @@ export function ageText(seconds: number): string {
   if (seconds < 60) return `${Math.round(seconds)} s`;
   if (seconds < 3600) return `${Math.floor(seconds / 60)} min`;
   return `${Math.floor(seconds / 3600)} h`;
+}
+
+/** Writes a length of time: 12.5 s, 4 min 3 s. */
+export function durationText(seconds: number): string {
+  if (seconds < 120) return `${digits(seconds, 3)} s`;
+  const whole = Math.round(seconds);
+  return `${Math.floor(whole / 60)} min ${whole % 60} s`;
 }
 
 const FORMULA: readonly [RegExp, string][] = [

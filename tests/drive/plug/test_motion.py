@@ -214,7 +214,10 @@ def test_a_motion_is_recorded_as_a_run_on_drives(operator: Operator, anyone: htt
     assert session["state"] == "finished", anyone.get(DRIVE).json()["fault"]
     assert session["drive"] == "Virtual drive"
     run = kept(anyone, session["run"])
-    assert (run["kind"], run["name"]) == ("drive", "circle B on Virtual drive")
+    assert (run["kind"], run["name"]) == (
+        "drive",
+        "circle B on Virtual drive, k_p x 210 N/mm, radius 2 mm and 4 more",
+    )
     assert run["ticks"] == session["ends"]
     assert [{key: event[key] for key in changed} for event in run["events"]] == [changed]
     assert [{key: change[key] for key in changed} for change in session["changes"]] == [changed]

@@ -56,6 +56,12 @@ def computed(client: httpx.Client, geometry: dict[str, Any]) -> dict[str, Any]:
     return report["result"]
 
 
+def test_the_map_of_a_known_geometry_is_the_shipped_one(client: httpx.Client) -> None:
+    answer = client.post(MAPS, json={"preset": "default", "geometry": {}})
+    assert answer.status_code == 200
+    assert (answer.json()["name"], answer.json()["shipped"]) == ("new-design", True)
+
+
 def test_a_map_is_computed_once_then_listed_read_and_deleted(
     client: httpx.Client, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -115,7 +121,7 @@ def test_no_room_is_told_before_anything_is_computed(client: httpx.Client, tmp_p
     with (tmp_path / "maps" / "large.json").open("wb") as file:
         file.truncate(FOLDER_MOST + 1)
     with httpx.Client(base_url=client.base_url, timeout=PATIENCE) as unchecked:
-        response = unchecked.post(MAPS, json={})
+        response = unchecked.post(MAPS, json={"geometry": {"g": 0.31e-3}})
     assert response.status_code == 507
     detail = response.json()["detail"]
     told = f"force maps take {FOLDER_MOST + 1} bytes, {FOLDER_MOST} are the most; delete some"
@@ -166,7 +172,7 @@ def test_a_cancelled_map_leaves_no_worker_and_no_file(
         jobs = children_of(server.app.state.workers.forks.pid, "forkserver")
         return [worker for job in jobs for worker in workers_of(job)]
 
-    response = client.post(MAPS, json={})  # the true default: 40 s on four cores
+    response = client.post(MAPS, json={"geometry": {"g": 0.31e-3}})  # 40 s on four cores
     location = response.headers["location"]
     until(lambda: len(workers()) > 1)
     started = workers()

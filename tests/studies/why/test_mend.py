@@ -59,16 +59,36 @@ def test_the_margins_of_the_change_are_those_of_its_loop_and_hold() -> None:
     assert found.mend.phase_margin == pytest.approx(figures.phase_margin.value)
 
 
-def test_it_says_when_nothing_mends_it() -> None:
+def test_where_nothing_reaches_the_goal_the_nearest_within_the_margins_is_offered() -> None:
     far = why(goal=1e-12)
-    assert far.mend is None
     assert far.reached == 0
     assert "None of the" in far.why_not
-    # 7.29 as it is
-    margins = why(goal=0.4e-6, limits={"gain_margin": 7.28, "phase_margin": None})
-    assert margins.mend is None
-    assert margins.reached > 0
-    assert "none of them keeps the margins" in margins.why_not
+    assert far.mend is not None
+    assert not far.mend.reaches
+    assert far.mend.window_error < 0.5 * far.peak
+    assert largest(far.mend.set) == pytest.approx(far.mend.window_error, rel=1e-6)
+    assert far.mend.phase_margin is not None
+    assert far.mend.phase_margin >= math.radians(30.0)
+
+
+def test_two_changes_reach_what_none_alone_does() -> None:
+    both = why(goal=0.2e-6)
+    assert both.mend is not None
+    assert both.mend.reaches
+    assert both.mend.factor is None
+    assert " and feedforward on" in both.mend.label
+    assert both.why_not == ""
+    assert largest(both.mend.set) == pytest.approx(both.mend.window_error, rel=1e-6)
+
+
+def test_the_nearest_keeps_a_margin_that_all_that_reach_the_goal_break() -> None:
+    near = why(goal=0.4e-6, limits={"gain_margin": 7.28, "phase_margin": None})  # 7.29 as it is
+    assert near.reached > 0
+    assert near.mend is not None
+    assert not near.mend.reaches
+    assert "none of them keeps the margins" in near.why_not
+    assert near.mend.gain_margin is not None
+    assert near.mend.gain_margin >= 7.28
 
 
 def test_a_change_with_which_the_run_diverges_later_mends_nothing() -> None:

@@ -345,6 +345,12 @@ class Drives:
         if self.running is not None or state in (_ACTIVE if again else _TORQUE):
             self._history.note_stop(cause, by)
 
+    @property
+    def stopped_by(self) -> str:
+        """Who stopped the drives a moment ago; empty where no person is known to have."""
+        stopped = self._history.stopped
+        return stopped.by if stopped is not None and self._history.stopped_lately else ""
+
     def give_up(self, token: str) -> None:
         """End a lease; armed drives stop first."""
         self.lease.check(token)

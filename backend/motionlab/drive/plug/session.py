@@ -72,11 +72,11 @@ class DriveSession(Session):
         await self._in_thread(self._motion.begin, stops)
         await super().play()
 
-    async def play(self, speed: float | None = None) -> None:
+    async def play(self, speed: float | None = None, by: str = "") -> None:
         """Refuse: who moves drives holds their lease."""
         raise WrongState("a motion on drives is begun by POST /api/v1/drive/motions, and runs once")
 
-    async def pause(self) -> None:
+    async def pause(self, by: str = "") -> None:
         """Refuse: a motion of real mass ends by braking."""
         raise WrongState("drives cannot pause within a motion: STOP brakes them to rest")
 
@@ -84,11 +84,11 @@ class DriveSession(Session):
         """Refuse."""
         raise WrongState("drives cannot step")
 
-    async def reset(self) -> None:
+    async def reset(self, by: str = "") -> None:
         """Refuse: what was measured stays; a further motion is a session of its own."""
         raise WrongState("a motion on drives runs once: begin another one")
 
-    async def push(self, axis: int, force: float, seconds: float) -> int:
+    async def push(self, axis: int, force: float, seconds: float, by: str = "") -> int:
         """Refuse."""
         raise WrongState("only a hand can push the mover of a drive")
 
@@ -96,12 +96,12 @@ class DriveSession(Session):
         """Refuse who does not hold the lease of the drives."""
         self._lease.check(lease)
 
-    def stop(self) -> None:
+    def stop(self, by: str = "") -> None:
         """Brake to rest, then switch the torque off; also when this motion is over."""
-        self._drives.note_stop("STOP of the session")
+        self._drives.note_stop("STOP of the session", by)
         self._motion.stop()  # at once, not with the clock's next look
         if self.state != "finished":
-            super().stop()
+            super().stop(by)
 
     def keep_up(self, now: float) -> None:
         """Take what the drives have done since the last time."""
@@ -122,11 +122,12 @@ class DriveSession(Session):
             self._note_stop("stopped", str(error))
             self._recorded()
 
-    async def _change(self, changes: Mapping[str, Any]) -> int:
+    async def _change(self, changes: Mapping[str, Any], *, by: str, undo: bool = False) -> int:
         while self._motion.switches_within(_SWITCH):  # to be made over what that leaves
             await asyncio.sleep(_POLL)
         self._refuse_when("stopping", "stopped")
-        return await super()._change(changes_on_drives(changes, self.variants[0]))
+        on_drives = changes_on_drives(changes, self.variants[0])
+        return await super()._change(on_drives, by=by, undo=undo)
 
     async def _put_in_effect(self, changes: Sequence[ReadyEpoch], event: Event) -> int:
         """Wait for the loop in a thread: a stop must not wait meanwhile."""
@@ -140,8 +141,9 @@ class DriveSession(Session):
         fault = self._motion.fault
         with self._lock.slice:
             self._stop_tick = self.tick
+            by = self._drives.stopped_by if fault is None and not reason else ""
             reason = reason if fault is None else fault.name
-            self._note(Event(tick=self.tick, kind="stop", reason=reason))
+            self._note(Event(tick=self.tick, kind="stop", by=by, reason=reason))
             self.state = state
             self._failed = self._motion.failed_ticks
             self._untold = True

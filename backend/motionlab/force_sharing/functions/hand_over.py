@@ -14,6 +14,7 @@ from motionlab.lanes.functions import clip
 OVERLAP = Parameter(
     "overlap",
     "Share of the pole pitch over which one phase hands over to the next",
+    unit="1",
     default=1 / 6,
     ge=0.005,
     le=1 / 6,

@@ -25,11 +25,11 @@ _PACKERS = ThreadPoolExecutor(_PACKING, thread_name_prefix="gzip")
 _places = threading.Semaphore(_PACKING)
 
 
-def accepts_gzip(headers: Headers) -> bool:
-    """Return whether a request accepts gzip (RFC 9110, 12.5.3)."""
+def accepts(coding: str, headers: Headers) -> bool:
+    """Return whether a request accepts a content coding by its name (RFC 9110, 12.5.3)."""
     for part in ",".join(headers.getlist("accept-encoding")).lower().split(","):
-        coding, _, weight = part.partition(";")
-        if coding.strip() == "gzip":
+        name, _, weight = part.partition(";")
+        if name.strip() == coding:
             return not _REFUSED.fullmatch(weight)
     return False
 
@@ -49,7 +49,7 @@ class CompressedJson:
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return
-        accepted = accepts_gzip(Headers(scope=scope))
+        accepted = accepts("gzip", Headers(scope=scope))
         start: Message | None = None
 
         async def compressed(message: Message) -> None:

@@ -20,10 +20,13 @@ from starlette.staticfiles import NotModifiedResponse
 from starlette.types import Scope
 
 from motionlab.files import page_root
-from motionlab.server.http.compression import accepts_gzip
+from motionlab.server.http.compression import accepts
 
 _HASHED = "assets"
 """Folder whose file names hold a hash of the content: such a file never changes."""
+
+_CODINGS = {"br": ".br", "gzip": ".gz"}
+"""Content codings, the smallest first, and how the files end that are packed so."""
 
 _FOR_EVER = "public, max-age=31536000, immutable"
 _PIECE = 64 * 1024  # bytes
@@ -47,8 +50,9 @@ def help_root() -> Path | None:
 class PageFiles(StaticFiles):
     """The files of the built page.
 
-    FILE.gz goes to clients that accept it, and is unpacked for others where there is no FILE.
-    Hashed files are kept by browsers for good; the others are revalidated by their ETag.
+    FILE.br or else FILE.gz goes to clients that accept it; for others, FILE.gz is unpacked where
+    there is no FILE. Hashed files are kept by browsers for good; the others are revalidated by
+    their ETag.
     """
 
     def lookup_path(self, path: str) -> tuple[str, os.stat_result | None]:
@@ -70,21 +74,25 @@ class PageFiles(StaticFiles):
         path, request_headers = Path(full_path), Headers(scope=scope)
         hashed = path.parent.name == _HASHED
         headers = {"Cache-Control": _FOR_EVER if hashed else "no-cache"}
-        packed = path.with_name(f"{path.name}.gz")
         sent = path
-        if packed.is_file():
+        for coding, ending in _CODINGS.items():
+            packed = path.with_name(path.name + ending)
+            if not packed.is_file():
+                continue
             headers["Vary"] = "Accept-Encoding"
-            if accepts_gzip(request_headers):
+            if accepts(coding, request_headers):
                 sent, stat_result = packed, packed.stat()
-                headers["Content-Encoding"] = "gzip"
+                headers["Content-Encoding"] = coding
+                break
         media = guess_type(path.name)[0]
-        if sent is packed or path.is_file():
+        if sent.is_file():
             response = FileResponse(
                 sent, status_code, headers, media_type=media, stat_result=stat_result
             )
         else:
             headers["ETag"] = f'"{stat_result.st_mtime_ns:x}"'
-            response = StreamingResponse(_unpacked(packed), status_code, headers, media_type=media)
+            unpacked = _unpacked(path.with_name(f"{path.name}.gz"))
+            response = StreamingResponse(unpacked, status_code, headers, media_type=media)
         if self.is_not_modified(response.headers, request_headers):
             return NotModifiedResponse(response.headers)
         return response
@@ -109,7 +117,7 @@ class HelpFiles(PageFiles):
         headers = response.headers
         headers["ETag"] = f"W/{headers['etag']}"  # plain or compressed
         headers["Vary"] = "Accept-Encoding"
-        if not accepts_gzip(Headers(scope=scope)):
+        if not accepts("gzip", Headers(scope=scope)):
             return response
         body = await run_in_threadpool(_compressed, response.path, headers["etag"])
         packed = Response(body, response.status_code, media_type=response.media_type)

@@ -16,6 +16,7 @@ from motionlab.simulation.simulation import sample_page
 from motionlab.telemetry.channels import REFERENCES, stream_columns
 from motionlab.telemetry.recording import Recording, as_recording
 from motionlab.telemetry.ring import Ring
+from motionlab.telemetry.thinning import thinned
 from motionlab.timing import to_ticks
 
 RING_SECONDS = 30.0
@@ -46,7 +47,7 @@ class History:
         )
         self._variants = variants
         self._payload_end = -1
-        self._payloads: dict[tuple[tuple[int, ...], int, int], bytes] = {}
+        self._payloads: dict[tuple[tuple[int, ...], int, int, int], bytes] = {}
         self._page = sample_page(len(variants))
 
     def record(self, simulation: Machine, ticks: int) -> None:
@@ -58,20 +59,31 @@ class History:
                 break
             self.ring.fill(count)
 
-    def payload(self, rows: tuple[int, ...], start: int, stop: int) -> bytes:
+    def payload(self, rows: tuple[int, ...], start: int, stop: int, stride: int = 1) -> bytes:
         """Return ticks [start, stop) of some rows as a frame holds them; clients share them.
+
+        Parameters
+        ----------
+        rows : tuple of int
+            Which columns.
+        start, stop : int
+            Ticks; whole bins of `2 * stride` where `stride` is above 1.
+        stride : int
+            Ticks that a sample stands for.
 
         Raises
         ------
         IndexError
             If the ring does not hold them.
         """
-        key = (rows, start, stop)
+        key = (rows, start, stop, stride)
         if stop != self._payload_end:
             self._payloads.clear()
             self._payload_end = stop
         if key not in self._payloads:
             columns = self.ring.read(np.array(rows, np.intp), start, stop)
+            if stride > 1:
+                columns = thinned(columns, stride)
             self._payloads[key] = np.ascontiguousarray(columns, dtype="<f4").tobytes()
         return self._payloads[key]
 

@@ -13,6 +13,9 @@ from motionlab.server.live.session_info import SessionInfo
 FRAME_TICKS_LEAST_MAX = 1000
 """Largest `frame_ticks`: half a second at the speed of a motor, 5 s at the lowest."""
 
+WhenBehind = Literal["skip", "thin", "wait"]
+"""What becomes of samples that a client's line cannot carry."""
+
 
 class StreamColumn(BaseModel):
     """A column that can be subscribed to."""
@@ -55,8 +58,22 @@ class Gap(BaseModel):
     frames: int = Field(description="About how many frames that would have been")
 
 
+class Delay(BaseModel):
+    """How late samples are, about once a second; only to a client whose curves may be thinned."""
+
+    type: Literal["delay"] = "delay"
+    seconds: float = Field(description="Longest time from a sample until the client had it, s")
+
+
+class Named(BaseModel):
+    """Answers `person`: the name by which others see who watches by this stream."""
+
+    type: Literal["named"] = "named"
+    name: str
+
+
 class SessionMessage(BaseModel):
-    """State, speed or parameters have changed."""
+    """State, speed, parameters or people have changed, or somebody has pushed."""
 
     type: Literal["session"] = "session"
     session: SessionInfo
@@ -89,6 +106,11 @@ class Subscribe(BaseModel):
         le=FRAME_TICKS_LEAST_MAX,
         description="Ticks that a frame holds at least while time passes; the rest comes at rest",
     )
+    when_behind: WhenBehind | None = Field(
+        default=None,
+        description="What a line that cannot carry every sample misses: ticks (`skip`, unless "
+        "given), all but the extremes (`thin`), or nothing for up to 30 s (`wait`)",
+    )
 
 
 class Acknowledge(BaseModel):
@@ -100,14 +122,32 @@ class Acknowledge(BaseModel):
     sequence: int = Field(ge=0)
 
 
-SERVER_MESSAGES = (Hello, Subscribed, Gap, SessionMessage, Reset, ErrorMessage)
-CLIENT_MESSAGES = (Subscribe, Acknowledge)
+class Person(BaseModel):
+    """Say who watches by this stream; streams that do not, such as a script's, are no people."""
 
-ServerMessage = Subscribed | Gap | Reset | ErrorMessage
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    type: Literal["person"]
+    name: str = Field(
+        default="",
+        max_length=200,
+        description="Of it, one line of 40 printable characters is shown; empty for a guest",
+    )
+    key: str = Field(
+        default="",
+        pattern="^[A-Za-z0-9_-]{0,64}$",
+        description="Streams of one key are one person; never shown",
+    )
+
+
+SERVER_MESSAGES = (Hello, Subscribed, Gap, Delay, Named, SessionMessage, Reset, ErrorMessage)
+CLIENT_MESSAGES = (Subscribe, Acknowledge, Person)
+
+ServerMessage = Subscribed | Gap | Delay | Named | Reset | ErrorMessage
 """Messages that a stream builds as objects; greetings and sessions are assembled as text."""
 
-ClientMessage = Annotated[Subscribe | Acknowledge, Field(discriminator="type")]
-client_message: TypeAdapter[Subscribe | Acknowledge] = TypeAdapter(ClientMessage)
+ClientMessage = Annotated[Subscribe | Acknowledge | Person, Field(discriminator="type")]
+client_message: TypeAdapter[Subscribe | Acknowledge | Person] = TypeAdapter(ClientMessage)
 
 
 def schemas() -> dict[str, Any]:

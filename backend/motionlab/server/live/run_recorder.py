@@ -331,8 +331,10 @@ class RunRecorder:
         answer = await self._answer(_tidied, due, live, _RESERVE if live else 0.0, light=True)
         if answer is None:
             return False
-        self._allowed, deletions = answer.value
+        self._allowed, deletions, margins_due = answer.value
         answer.close()
+        if margins_due:
+            await self._worked(_margins_added)
         self._waiting -= waiting
         self._deletions = {each: self._deletions.get(each, now) for each in deletions}
         return True
@@ -403,11 +405,16 @@ def _recovered(_: Call) -> None:
     library().recover()
 
 
+def _margins_added(_: Call) -> None:
+    library().add_margins()
+
+
 @indexed
 def _tidied(
     _: Call, due: list[tuple[str, float]], live: list[str], reserve: float
-) -> tuple[int, list[tuple[str, float]]]:
-    """Return the bytes that live recordings may take, and the runs that are deleted."""
+) -> tuple[int, list[tuple[str, float]], bool]:
+    """Return bytes that live recordings may take, deleted runs, whether margins are missing."""
     library().purge(*due)
     library().note_removed()
-    return library().room.balance(*live, reserve=reserve), library().index.deleted()
+    allowed, index = library().room.balance(*live, reserve=reserve), library().index
+    return allowed, index.deleted(), bool(index.margins_due())

@@ -22,15 +22,17 @@ from motionlab.config.scenario import Scenario
 from motionlab.library.run import Event
 from motionlab.server.live.change_log import ChangeLog
 from motionlab.server.live.clock import Clock
+from motionlab.server.live.event_log import EventLog
 from motionlab.server.live.history import History, path_of
 from motionlab.server.live.notification import Listener
+from motionlab.server.live.people import People
 from motionlab.server.live.run_recorder import RunRecorder
 from motionlab.server.live.session_info import (
+    JsonMembers,
     RecordState,
     SessionStatus,
     State,
     WrongState,
-    json_of,
 )
 from motionlab.server.live.session_recorder import SessionRecorder
 from motionlab.server.live.slice_lock import SliceLock
@@ -53,6 +55,8 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 _CHANGES: TypeAdapter[tuple[Change, ...]] = TypeAdapter(tuple[Change, ...])
+_EVENTS: TypeAdapter[tuple[Event, ...]] = TypeAdapter(tuple[Event, ...])
+_PEOPLE: TypeAdapter[tuple[str, ...]] = TypeAdapter(tuple[str, ...])
 _SCENARIO: TypeAdapter[Scenario] = TypeAdapter(Scenario)
 
 
@@ -101,6 +105,7 @@ class Session:
         self.closed = False
         self.drive = drive
         self.history = History(self.variants)
+        self.people = People(self._tell_state)
         self._clock = clock
         self._threads = threads
         self._recorder = recorder
@@ -108,14 +113,16 @@ class Session:
         self.records: dict[int, SessionRecorder] = {}  # by timeline
         self._told_of_record: RecordState = (None, "", 0)
         self._changes = ChangeLog(prepared.scenario)
+        self.events = EventLog()
         self._lock = SliceLock()
         self._order = asyncio.Lock()
         self._last = 0.0  # until when the clock has been followed
         self._owed = 0.0  # ticks that the clock is ahead, less than one
         self._stop_tick = 0
         self._to_brake = False  # a stop has been asked for
+        self._stopped_by = ""
         self._announced = (-1, "")
-        self._texts: dict[str, tuple[Any, str]] = {}
+        self._members = JsonMembers()
         self._untold = False  # whether the state has changed since listeners were notified
         self._adopt(self._machine())
 
@@ -155,13 +162,12 @@ class Session:
         )
 
     def info(self) -> str:
-        """Return the session's `SessionInfo` as JSON.
-
-        Scenarios are long and seldom change, so their text is kept.
-        """
+        """Return the session's `SessionInfo` as JSON."""
         texts = [
-            self._text(name, value, adapter)
+            self._members.text(name, value, adapter)
             for name, value, adapter in (
+                ("people", self.people.names, _PEOPLE),
+                ("events", self.events.latest, _EVENTS),
                 ("changes", self._changes.latest, _CHANGES),
                 ("base", self.prepared.scenario, _SCENARIO),
                 ("scenario", self.simulation.scenario, _SCENARIO),
@@ -175,24 +181,28 @@ class Session:
             self._announced = (self.revision, f'{{"type":"session","session":{self.info()}}}')
         return self._announced[1]
 
-    async def play(self, speed: float | None = None) -> None:
+    async def play(self, speed: float | None = None, by: str = "") -> None:
         """Run against the clock, at `speed` times real time."""
         async with self._lock.claimed():
             self._refuse_when("stopping", "stopped", "finished")
-            if speed is not None:
-                self.speed = speed
+            other = None if speed == self.speed else speed
+            self.speed = speed or self.speed
             if self.state == "paused":
                 self.state = "playing"
                 self._follow_clock()
+                self.events.note(Event(tick=self.tick, kind="play", by=by, speed=other))
+            elif other is not None:
+                self.events.note(Event(tick=self.tick, kind="speed", by=by, speed=other))
         self._tell_state()
 
-    async def pause(self) -> None:
+    async def pause(self, by: str = "") -> None:
         """Halt the clock."""
         async with self._lock.claimed():
             self._refuse_when("stopped", "stopping")
             if self.state == "playing":
                 self.state = "paused"
                 self._clock.stop(self)
+                self.events.note(Event(tick=self.tick, kind="pause", by=by))
         self._recorded(flush=True)
         self._tell_state()
 
@@ -205,7 +215,7 @@ class Session:
             self._tell_state()
             self.publish()
 
-    async def reset(self) -> None:
+    async def reset(self, by: str = "") -> None:
         """Go back to tick 0 with all changes, but for those that only fit a later schedule.
 
         Raises
@@ -219,6 +229,7 @@ class Session:
                 self._refuse_when_closed()
                 self._clock.stop(self)
                 self._to_brake = False
+                self.events.note(Event(tick=0, kind="reset", by=by))
                 self.state = "paused"
                 self.timeline += 1
                 self._changes.latest = kept
@@ -227,36 +238,40 @@ class Session:
             listener.reset()
         self._tell_state()
 
-    def stop(self) -> None:
+    def stop(self, by: str = "") -> None:
         """Brake the reference to rest, then switch the currents off; only a reset leaves that."""
         if self.state in {"stopping", "stopped"}:
             return
         self._stop_tick = self.tick
+        self._stopped_by = by
         self._to_brake = True
         self.state = "stopping"  # after that: a motion that ends meanwhile finds it
         self._follow_clock()  # always: the clock may just have dropped a motion that ended
         self._tell_state()
 
-    async def push(self, axis: int, force: float, seconds: float) -> int:
+    async def push(self, axis: int, force: float, seconds: float, by: str = "") -> int:
         """Push the mover of every variant and return the tick at which it begins."""
         async with self._lock.claimed():
             self._refuse_when("stopping", "stopped", "finished")
             ticks = max(1, to_ticks(seconds))
             self.simulation.push(axis, force, ticks)
-            name = AXES[axis]
-            self._note(Event(tick=self.tick, kind="push", axis=name, force=force, ticks=ticks))
-            return self.tick
+            tick, name = self.tick, AXES[axis]
+            self._note(Event(tick=tick, kind="push", by=by, axis=name, force=force, ticks=ticks))
+        self._tell_state()
+        return tick
 
     def authorise(self, lease: str) -> None:
         """Refuse who may not change parameters; of a simulation everybody may."""
 
-    async def change(self, changes: Mapping[str, Any]) -> int:
+    async def change(self, changes: Mapping[str, Any], by: str = "") -> int:
         """Change parameters at the next tick, all or none.
 
         Parameters
         ----------
         changes : mapping of str to value
             Dotted path to value, as with ``--set``.
+        by : str
+            Name of who changes them; empty where none was given.
 
         Raises
         ------
@@ -264,16 +279,16 @@ class Session:
             If a value is refused or the field cannot change during a run.
         """
         async with self._order:
-            tick = await self._change(changes)
+            tick = await self._change(changes, by=by)
         self._tell_state()
         return tick
 
-    async def undo(self) -> None:
+    async def undo(self, by: str = "") -> None:
         """Take back the latest change, as a change of its own at the next tick."""
         async with self._order:
             if not self._changes.latest:
                 raise WrongState("nothing has been changed")
-            await self._change(self._changes.latest[-1].previous)
+            await self._change(self._changes.latest[-1].previous, by=by, undo=True)
             self._changes.latest = self._changes.latest[:-2]
         self._tell_state()
 
@@ -361,13 +376,6 @@ class Session:
         loop = asyncio.get_running_loop()
         return await loop.run_in_executor(self._threads, functools.partial(work, *args, **kwargs))
 
-    def _text(self, name: str, value: Any, adapter: TypeAdapter[Any]) -> str:
-        """Return a member of `info`, written anew only when its value is another object."""
-        kept = self._texts.get(name)
-        if kept is None or kept[0] is not value:
-            kept = self._texts[name] = (value, f'"{name}":{json_of(value, adapter)}')
-        return kept[1]
-
     def _follow_clock(self) -> None:
         self._last = time.monotonic()
         self._clock.start(self)
@@ -401,7 +409,7 @@ class Session:
             )
             self.records.pop(self.timeline - _TIMELINES, None)
 
-    async def _change(self, changes: Mapping[str, Any]) -> int:
+    async def _change(self, changes: Mapping[str, Any], *, by: str, undo: bool = False) -> int:
         def prepared(scenario: Scenario, tick: int) -> tuple[Change, list[Any]]:
             after, change = changed(scenario, changes, tick)
             return change, ready(epochs(after, tick))
@@ -410,7 +418,7 @@ class Session:
             scenario, checked = self.simulation.scenario, self.tick
         change, made_ready = await self._in_thread(prepared, scenario, checked)
         facts = change.model_dump(include={"set", "previous"})
-        event = Event(tick=checked, kind="change", checked=checked, **facts)
+        event = Event(tick=checked, kind="change", by=by, undo=undo, checked=checked, **facts)
         tick = await self._put_in_effect(made_ready, event)
         await self._in_thread(self._changes.keep, change.model_copy(update={"tick": tick}))
         return tick
@@ -450,7 +458,8 @@ class Session:
         self._to_brake = False
         self._stop_tick = self.tick
         self.simulation.stop()
-        self._note(Event(tick=self.tick, kind="stop"))
+        self._note(Event(tick=self.tick, kind="stop", by=self._stopped_by))
+        self._untold = True
 
     def _recorded(self, *, flush: bool = False) -> None:
         """Record what is new; all of it and no more once the motion has ended."""
@@ -462,7 +471,19 @@ class Session:
         else:
             record.advanced(flush=flush)
 
+    def law_changed(self, event: Event) -> None:
+        """Log that a law of one's own has another version, or, with a reason, why it has not."""
+        variants = self.simulation.scenario.variants.values()
+        runs = any(each.controller.compensation.law == event.law for each in variants)
+        if runs and not event.reason:
+            self._note(event)
+        else:
+            self.events.note(event)
+        self._tell_state()
+
     def _note(self, event: Event) -> None:
+        """Log and record an event that samples depend on."""
+        event = self.events.note(event)
         if self._record is not None:
             self._record.note(event)
 

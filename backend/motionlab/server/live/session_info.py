@@ -8,6 +8,7 @@ from typing import Any, Literal
 from pydantic import BaseModel, Field, TypeAdapter
 
 from motionlab.config.scenario import Scenario
+from motionlab.library.run import Event
 from motionlab.simulation.change import Change
 
 State = Literal["paused", "playing", "stopping", "stopped", "finished"]
@@ -25,6 +26,20 @@ def json_of(value: Any, adapter: TypeAdapter[Any]) -> str:
         return adapter.dump_json(value).decode()
     except ValueError:  # half of a surrogate pair, which JSON can spell and UTF-8 cannot
         return json.dumps(adapter.dump_python(value))
+
+
+class JsonMembers:
+    """Members of an object as JSON; scenarios are long and seldom change, so texts are kept."""
+
+    def __init__(self) -> None:
+        self._texts: dict[str, tuple[Any, str]] = {}
+
+    def text(self, name: str, value: Any, adapter: TypeAdapter[Any]) -> str:
+        """Return a member, written anew only when its value is another object."""
+        kept = self._texts.get(name)
+        if kept is None or kept[0] is not value:
+            kept = self._texts[name] = (value, f'"{name}":{json_of(value, adapter)}')
+        return kept[1]
 
 
 class SessionStatus(BaseModel):
@@ -55,6 +70,13 @@ class SessionStatus(BaseModel):
 class SessionInfo(SessionStatus):
     """State and contents of a session."""
 
+    people: list[str] = Field(
+        description="Who watches: names that people gave to their streams, or Guest 1, Guest 2 ..."
+    )
+    events: list[Event] = Field(
+        description="What people did since the reset, the latest 100, oldest first; a person's "
+        "changes of one field within 1 s are one, at the last of them"
+    )
     changes: list[Change] = Field(description="The latest, oldest first; undo takes back the last")
     base: Scenario = Field(description="What it was created from")
     scenario: Scenario = Field(description="What is in effect")

@@ -25,35 +25,63 @@ from motionlab.server.live.session import Session
 from motionlab.server.live.session_recorder import SessionRecorder
 from motionlab.server.memory_budget import MemoryBudget
 from motionlab.server.routes.sessions import FoundSession
+from motionlab.server.routes.whatif import ColumnName
 from motionlab.server.worker_answers import called
 from motionlab.server.workers.worker import Call
+from motionlab.telemetry.recording import Recording, as_recording
 from motionlab.timing import CONTROL_PERIOD
 
 router = APIRouter(prefix="/sessions", tags=["sessions"], route_class=JsonRoute)
 
+KEPT: dict[int | str, dict[str, Any]] = {
+    201: {
+        "description": "The run that was kept",
+        "headers": {"Location": {"schema": {"type": "string"}}},
+        "links": links("run_id", "getRun", "getRunTelemetry", "deleteRun"),
+    }
+}
+"""Of an operation that keeps a run."""
 _COPIES = 4
 """Memory for keeping a capture, in sizes of its samples: a copy, a file in memory, two to write."""
 _NOTE_MAX = 2000
+_COLUMNS_MAX = 4  # as many as a trigger has conditions
 _TRIES, _PAUSE = 10, 0.3  # s: until what was just recorded is written
 
 
-class CaptureRequest(BaseModel):
+class StretchToKeep(BaseModel):
+    """Ticks that become a run, and what triggered there."""
+
+    from_tick: Whole = Field(ge=0, strict=True, description="First tick")
+    to_tick: Whole = Field(ge=1, strict=True, description="Tick after the last")
+    trigger_tick: Whole | None = Field(
+        default=None,
+        ge=0,
+        strict=True,
+        description="Tick at which it was triggered, of these; the first when left out",
+    )
+    columns: list[ColumnName] = Field(
+        default_factory=list,
+        max_length=_COLUMNS_MAX,
+        description="Channels of the trigger: the capture tells their peaks, besides those of the "
+        "following errors",
+    )
+    name: str = Field(default="", max_length=NAME_MAX, pattern=LINE, description="Of the run")
+    note: str = Field(
+        default="", max_length=_NOTE_MAX, pattern=TEXT, description="Such as what triggered"
+    )
+
+
+class CaptureRequest(StretchToKeep):
     """A stretch of a session: of its latest 30 s, or of what was recorded before."""
 
     model_config = ConfigDict(extra="forbid") | examples({"from_tick": 0, "to_tick": 400})
 
-    from_tick: Whole = Field(ge=0, strict=True, description="First tick")
-    to_tick: Whole = Field(ge=1, strict=True, description="Tick after the last")
     timeline: Whole | None = Field(
         default=None,
         ge=0,
         strict=True,
         description="The session's timeline that the ticks are of: a reset begins another one, "
         "and what was before is taken from its recording. Without, the newest",
-    )
-    name: str = Field(default="", max_length=NAME_MAX, pattern=LINE, description="Of the run")
-    note: str = Field(
-        default="", max_length=_NOTE_MAX, pattern=TEXT, description="Such as what triggered"
     )
     automatic: bool = Field(
         default=False,
@@ -67,14 +95,7 @@ class CaptureRequest(BaseModel):
     operation_id="keepCapture",
     status_code=201,
     response_model=Run,
-    responses={
-        201: {
-            "description": "The run that was kept",
-            "headers": {"Location": {"schema": {"type": "string"}}},
-            "links": links("run_id", "getRun", "getRunTelemetry", "deleteRun"),
-        },
-        **responses(400, 404, 413, 415, 422, 429, 503, 507),
-    },
+    responses={**KEPT, **responses(400, 404, 413, 415, 422, 429, 503, 507)},
 )
 async def keep_session_capture(
     request: Request, session: FoundSession, body: Annotated[CaptureRequest, Body()]
@@ -86,18 +107,31 @@ async def keep_session_capture(
     present = timeline == session.timeline
     if present:
         _check_begun(start, stop, ring.end)
-    _check_length(start, stop, ring.capacity)
+    check_stretch(body, ring.capacity)
     memory: MemoryBudget = request.app.state.memory
     with contextlib.ExitStack() as held:
         held.enter_context(memory.hold(_COPIES * 4 * len(session.history.columns) * (stop - start)))
         record = session.records.get(timeline)
         origin = "" if record is None else record.run or record.kept or ""
-        about = About(origin, body.name, body.note, session.drive, automatic=body.automatic)
+        about = About(
+            origin,
+            body.name,
+            body.note,
+            session.drive,
+            automatic=body.automatic,
+            trigger=body.trigger_tick,
+            columns=body.columns,
+        )
         answer = (
             await _present(request, session, timeline, (start, stop), about) if present else None
         )
         if answer is None:
             answer = await _recorded(request, session, record, (start, stop), about)
+    return created(answer)
+
+
+def created(answer: Any) -> Response:
+    """Return the response about a run that a worker has kept."""
     run: Run = answer.value
     answer.close()
     headers = {"Location": f"/api/v1/runs/{run.id}"}
@@ -167,16 +201,20 @@ def _check_begun(start: int, stop: int, end: int) -> None:
         raise ConfigError(*wrong)
 
 
-def _check_length(start: int, stop: int, most: int) -> None:
+def check_stretch(body: StretchToKeep, most: int) -> None:
+    """Refuse ticks that are none, too many, or without the trigger."""
+    start, stop, trigger = body.from_tick, body.to_tick, body.trigger_tick
     if not start < stop <= start + most:
         bounds: dict[str, float] = {"exclusive_minimum": start, "maximum": start + most}
         message = "is not behind the first tick, or more than 30 s behind it"
         raise ConfigError(FieldError("to_tick", message, stop, bounds=bounds))
+    if trigger is not None and not start <= trigger < stop:
+        bounds = {"minimum": start, "exclusive_maximum": stop}
+        raise ConfigError(FieldError("trigger_tick", "is not captured", trigger, bounds=bounds))
 
 
 def _keep(_: Call, path: str, first: int, scenario: Scenario, about: About) -> Run:
-    kept = keep_capture(library(), scenario, (first, np.load(Path(path))), about)
-    return Run(**{field: getattr(kept, field) for field in Run.model_fields})
+    return kept_as_run(scenario, as_recording(first, np.load(Path(path)), _none(scenario)), about)
 
 
 def _keep_recorded(_: Call, ticks: tuple[int, int], about: About) -> Run | None:
@@ -184,5 +222,15 @@ def _keep_recorded(_: Call, ticks: tuple[int, int], about: About) -> Run | None:
     if stretch is None:
         return None
     scenario, samples = stretch
-    kept = keep_capture(library(), scenario, (ticks[0], samples), about)
+    return kept_as_run(scenario, as_recording(ticks[0], samples, _none(scenario)), about)
+
+
+def _none(scenario: Scenario) -> dict[str, int | None]:
+    """Return the ticks at which variants diverged: not known of a stretch."""
+    return dict.fromkeys(scenario.variants)
+
+
+def kept_as_run(scenario: Scenario, recording: Recording, about: About) -> Run:
+    """Keep a stretch and return its run, as lists show it."""
+    kept = keep_capture(library(), scenario, recording, about)
     return Run(**{field: getattr(kept, field) for field in Run.model_fields})

@@ -9,11 +9,20 @@ from typing import Annotated, Any, NamedTuple
 from fastapi import APIRouter, HTTPException, Path, Query, Request, Response
 from pydantic import BaseModel, ValidationError
 
+from motionlab.lanes import model_hash
 from motionlab.library.job_records import RecordStore
+from motionlab.server import shipped
 from motionlab.server.http.openapi_input import ID, links
 from motionlab.server.http.problems import responses
 from motionlab.server.http.strict_json import JsonRoute
-from motionlab.server.job_reports import REPORT, JobReport, JobSummary, Kind
+from motionlab.server.job_reports import (
+    REPORT,
+    JobReport,
+    JobState,
+    JobSummary,
+    Kind,
+    subject_of,
+)
 from motionlab.server.jobs import Jobs, JobTask, TooManyJobs
 from motionlab.server.worker_answers import ComputedResponse, called, computed
 from motionlab.server.workers.worker import Call
@@ -63,10 +72,21 @@ async def list_jobs(
 ) -> Response:
     """Return the jobs that wait, run or have ended, the newest first.
 
-    They are recorded, and found again when the server is started anew.
+    With a kind, the result of it that was shipped with the program is the last. Jobs are recorded,
+    and found again when the server is started anew.
     """
     jobs: Jobs = request.app.state.jobs
     return await computed(request, _listed, jobs.records, kind, jobs.summaries(), light=True)
+
+
+@router.get("/jobs/now", operation_id="getJobsNow", tags=["jobs"])
+def get_jobs_now(request: Request) -> list[JobState]:
+    """Return the jobs that wait or run, then the latest that have ended since the server's start.
+
+    It is answered from memory, and without requests: one call a second keeps up with all of them.
+    """
+    jobs: Jobs = request.app.state.jobs
+    return [JobState(**state) for state in jobs.states()]
 
 
 @router.get(
@@ -107,15 +127,18 @@ class CheckedRequest(NamedTuple):
         As in its job's report, JSON.
     size : int
         Memory that its job holds while it runs, bytes.
+    subject : str
+        What it is of, in short.
     """
 
     request: bytes
     size: int = 0
+    subject: str = ""
 
     @classmethod
     def of(cls, body: dict[str, Any], size: int = 0) -> CheckedRequest:
         """Return a request by its body."""
-        return cls(json.dumps(body, allow_nan=False).encode(), size)
+        return cls(json.dumps(body, allow_nan=False).encode(), size, subject_of(body))
 
 
 async def as_job(
@@ -149,11 +172,12 @@ async def as_job(
     answer = await called(request, check, state.settings.bounds, *arguments)
     if answer.contents is not None:
         return ComputedResponse(answer)
-    body, size = answer.value
+    body, size, subject = answer.value
     answer.close()
     state.memory.check(size)
     try:
-        job_id, report = await state.jobs.submit(JobTask(kind, function, body, size, batches))
+        work = JobTask(kind, function, body, size, batches, subject)
+        job_id, report = await state.jobs.submit(work)
     except TooManyJobs as error:
         raise HTTPException(429, str(error)) from None
     return Response(report, 202, {"Location": f"/api/v1/jobs/{job_id}"}, _JSON)
@@ -174,12 +198,20 @@ def _listed(
         jobs[recorded.id] = recorded
     for summary, request in own:
         jobs[summary["id"]] = JobSummary(**summary, request=json.loads(request))
-    of_kind = [job for job in jobs.values() if kind in (None, job.kind)]
-    return sorted(of_kind, key=lambda job: job.created, reverse=True)
+    latest = sorted(jobs.values(), key=lambda job: job.created, reverse=True)
+    if kind is not None:
+        latest += [JobSummary.model_validate_json(line) for line in shipped.summaries()]
+    return [
+        job.model_copy(update={"other_model": job.model not in {"", model_hash()}})
+        for job in latest
+        if kind in (None, job.kind)
+    ]
 
 
 def _recorded(_: Call, records: RecordStore, job_id: str) -> bytes:
     """Return the report of a job that is recorded; runs in a worker."""
+    if (report := shipped.report(job_id)) is not None:
+        return report
     record = records.read(job_id)
     try:
         if record is not None:

@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from motionlab.analysis.glitch_document import RunGlitches
 from motionlab.errors import ConfigError, FieldError
 from motionlab.exchange.selection import formats
+from motionlab.library.histogram import RunHistogram
 from motionlab.library.library import FREE_LEAST, UNDO_SECONDS, library, quota
 from motionlab.library.recorded import run_glitches
 from motionlab.library.run import (
@@ -146,6 +147,21 @@ async def get_storage(request: Request) -> Response:
 
 
 @router.get(
+    "/histogram",
+    operation_id="getRunHistogram",
+    response_model=RunHistogram,
+    responses=responses(422, 429, 503),
+)
+async def get_histogram(
+    request: Request,
+    metric: Annotated[str, Query(max_length=64, description="Of a variant")] = "B.x.max",
+    q: Annotated[str, Query(max_length=SEARCH_MAX, description="Search, as for the list")] = "",
+) -> Response:
+    """Return how a metric is spread over what a search finds, but for its own bounds."""
+    return await computed(request, _histogram, q, metric, light=True)
+
+
+@router.get(
     "/{run_id}",
     operation_id="getRun",
     response_model=RunDetail,
@@ -228,6 +244,11 @@ async def get_glitches(request: Request, run_id: RunId) -> Response:
 @indexed
 def _page(q: str, sort: str, limit: int, cursor: str | None) -> Page:
     return library().index.page(parse(q), sort=sort, limit=limit, cursor=cursor)
+
+
+@indexed
+def _histogram(q: str, metric: str) -> RunHistogram:
+    return library().index.histogram(parse(q), metric)
 
 
 @indexed

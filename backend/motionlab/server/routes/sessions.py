@@ -22,10 +22,12 @@ from motionlab.config.changes import SCHEDULABLE
 from motionlab.config.planar import AXES
 from motionlab.config.quantity import Whole
 from motionlab.errors import ConfigError
+from motionlab.library.run import Event
 from motionlab.reports.problems import fields_of
 from motionlab.server.http.openapi_input import ID, PATHS_MAX, Paths, examples, links
 from motionlab.server.http.problems import problem, responses
 from motionlab.server.http.strict_json import JsonRoute, refuse_unknown
+from motionlab.server.live.people import decoded_name
 from motionlab.server.live.session import Session
 from motionlab.server.live.session_info import SessionInfo
 from motionlab.server.live.sessions import Sessions
@@ -46,6 +48,7 @@ _OF_A_SESSION = (
     "undo",
     "push",
     "changeParameters",
+    "getEarlierEvents",
     "getMetrics",
     "getTelemetry",
     "getScenarioFile",
@@ -126,6 +129,23 @@ Lease = Annotated[
 ]
 
 
+async def _person(
+    person: Annotated[
+        str,
+        Header(
+            alias="Person",
+            description="Percent-encoded name of who acts, as others see it; 40 characters",
+            examples=["Anna%20K."],
+        ),
+    ] = "",
+) -> str:
+    """Return the name of who acts; empty where none is given."""
+    return decoded_name(person)
+
+
+Actor = Annotated[str, Depends(_person)]
+
+
 def _info(session: Session, status: int = 200, headers: dict[str, str] | None = None) -> Response:
     return Response(session.info(), status, headers, _JSON)
 
@@ -166,6 +186,17 @@ async def get_session(session: FoundSession) -> Response:
     return _info(session)
 
 
+@router.get(
+    "/{session_id}/earlier-events",
+    operation_id="getEarlierEvents",
+    response_model=list[Event],
+    responses=responses(404),
+)
+async def get_earlier_events(session: FoundSession) -> tuple[Event, ...]:
+    """List the latest 200 events before the reset, oldest first; `reset` begins each timeline."""
+    return session.events.earlier
+
+
 @router.delete(
     "/{session_id}", operation_id="deleteSession", status_code=204, responses=responses(404)
 )
@@ -181,9 +212,9 @@ async def delete_session(request: Request, session: FoundSession) -> Response:
     response_model=SessionInfo,
     responses=responses(400, 404, 409, 413, 415, 422),
 )
-async def play(session: FoundSession, body: PlayRequest | None = None) -> Response:
+async def play(session: FoundSession, by: Actor, body: PlayRequest | None = None) -> Response:
     """Run against the clock."""
-    await session.play(None if body is None else body.speed)
+    await session.play(None if body is None else body.speed, by)
     return _info(session)
 
 
@@ -193,9 +224,9 @@ async def play(session: FoundSession, body: PlayRequest | None = None) -> Respon
     response_model=SessionInfo,
     responses=responses(404, 409),
 )
-async def pause(session: FoundSession) -> Response:
+async def pause(session: FoundSession, by: Actor) -> Response:
     """Halt the clock."""
-    await session.pause()
+    await session.pause(by)
     return _info(session)
 
 
@@ -217,18 +248,18 @@ async def step(session: FoundSession, body: StepRequest | None = None) -> Respon
     response_model=SessionInfo,
     responses=responses(404, 409, 422),
 )
-async def reset(session: FoundSession) -> Response:
+async def reset(session: FoundSession, by: Actor) -> Response:
     """Go back to tick 0; changes stay."""
-    await session.reset()
+    await session.reset(by)
     return _info(session)
 
 
 @router.post(
     "/{session_id}/stop", operation_id="stop", response_model=SessionInfo, responses=responses(404)
 )
-async def stop(session: FoundSession) -> Response:
+async def stop(session: FoundSession, by: Actor) -> Response:
     """Brake to rest, then switch the currents off; only a reset leaves that."""
-    session.stop()
+    session.stop(by)
     return _info(session)
 
 
@@ -238,19 +269,19 @@ async def stop(session: FoundSession) -> Response:
     response_model=SessionInfo,
     responses=responses(404, 409, 422),
 )
-async def undo(session: FoundSession, lease: Lease = "") -> Response:
+async def undo(session: FoundSession, by: Actor, lease: Lease = "") -> Response:
     """Take back the latest change of parameters."""
     session.authorise(lease)
-    await session.undo()
+    await session.undo(by)
     return _info(session)
 
 
 @router.post(
     "/{session_id}/push", operation_id="push", responses=responses(400, 404, 409, 413, 415, 422)
 )
-async def push(session: FoundSession, body: PushRequest) -> TickAnswer:
+async def push(session: FoundSession, body: PushRequest, by: Actor) -> TickAnswer:
     """Push the mover of every variant."""
-    tick = await session.push(AXES.index(body.axis), body.force, body.duration)
+    tick = await session.push(AXES.index(body.axis), body.force, body.duration, by)
     return TickAnswer(tick=tick)
 
 
@@ -260,11 +291,11 @@ async def push(session: FoundSession, body: PushRequest) -> TickAnswer:
     responses=responses(400, 404, 409, 413, 415, 422),
 )
 async def change_parameters(
-    session: FoundSession, body: ChangeRequest, lease: Lease = ""
+    session: FoundSession, body: ChangeRequest, by: Actor, lease: Lease = ""
 ) -> TickAnswer:
     """Change parameters at the next tick, all or none; on drives, of the controller that moves."""
     session.authorise(lease)
-    return TickAnswer(tick=await session.change(body.set))
+    return TickAnswer(tick=await session.change(body.set, by))
 
 
 @router.websocket("/{session_id}/stream")

@@ -16,6 +16,7 @@ from typing import Any
 from fastapi import HTTPException
 
 from motionlab.errors import MotionLabError
+from motionlab.own_laws.accepted import ACCEPTED
 from motionlab.server.memory_budget import MemoryBudget
 from motionlab.server.workers.channel import (
     COMPLETE,
@@ -39,7 +40,7 @@ _LOG = logging.getLogger(__name__)
 _COMMAND = (sys.executable, "-m", "motionlab.server.workers.forkserver")
 _SECRETS = ("MOTIONLAB_TOKEN", "MOTIONLAB_TOKEN_FILE", "MOTIONLAB_HOSTS")
 _ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
-_FOLDERS = ("MOTIONLAB_DATA", "MOTIONLAB_CONFIGS")
+_ADOPTED = ("MOTIONLAB_DATA", "MOTIONLAB_CONFIGS", ACCEPTED)
 _AGAIN_AFTER = 1.0  # s until a fork server that has ended is started again
 _ENDING = 0.02  # s from its last message to its status
 _NEVER_WARM = "the processes that compute cannot be started: {}; the server's log has more"
@@ -155,7 +156,7 @@ class Worker:
         """
         if not self.alive:
             raise ForkLost(self.ended.result())
-        environment = {name: os.environ.get(name) for name in _FOLDERS}
+        environment = {name: os.environ.get(name) for name in _ADOPTED}
         try:
             data = framed(("call", function, arguments, environment, self._held))
         except RecursionError:

@@ -22,6 +22,7 @@ from pydantic import BaseModel
 
 from motionlab.errors import MotionLabError
 from motionlab.lanes.bank import TABLES
+from motionlab.own_laws.accepted import renew_accepted
 from motionlab.server.workers.channel import Failure, Inbox, Received, send
 
 SPARE = 1_000_000_000
@@ -119,6 +120,7 @@ def main(sock: socket.socket) -> None:
                 continue  # cancelled just when it was done
             _, function, arguments, environment, held = message
             _adopt(environment)
+            renew_accepted()
             call = Call(sock, inbox, held)
             with TABLES.lease():
                 content, value = _result(function(call, *arguments))

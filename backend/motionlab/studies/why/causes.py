@@ -243,11 +243,31 @@ class Trial(NamedTuple):
     knob: Knob
     factor: float | None
     set: dict[str, Any]
+    beside: Trial | None = None
+    """The other change of a pair."""
 
     @property
     def size(self) -> float:
-        """Size of the change: abs(log(factor)), `SWITCH` for a switch."""
-        return SWITCH if self.factor is None else abs(math.log(self.factor))
+        """Size of the change: abs(log(factor)), `SWITCH` for a switch; the sum of a pair."""
+        own = SWITCH if self.factor is None else abs(math.log(self.factor))
+        return own + (0.0 if self.beside is None else self.beside.size)
+
+    @property
+    def label(self) -> str:
+        """What is changed; of a pair with the factors."""
+        if self.beside is None:
+            return self.knob.label
+        return " and ".join(
+            each.knob.label + ("" if each.factor is None else f" \u00d7 {each.factor:.3g}")
+            for each in (self, self.beside)
+        )
+
+
+def pair(one: Trial, other: Trial) -> Trial | None:
+    """Return two changes together; None where both change the same."""
+    if one.set.keys() & other.set.keys():
+        return None
+    return one._replace(set=one.set | other.set, beside=other)
 
 
 def knobs(scenario: Scenario, variant: str, axis: str) -> list[Knob]:

@@ -115,12 +115,16 @@ class Absent(BaseModel):
 
 
 class Mend(BaseModel):
-    """The smallest change found that reaches the goal within the margins."""
+    """The change that is offered: the smallest that reaches the goal within the margins, if any."""
 
+    reaches: bool = Field(
+        description="Whether it reaches the goal; else it comes nearest and makes no margin worse"
+    )
     label: str = Field(description="What is changed, for people")
     set: dict[str, Any] = Field(description="Dotted path to value")
     factor: float | None = Field(
-        description="By which a number of the controller is multiplied; null for a switch"
+        description="By which a number of the controller is multiplied; null for a switch, and for "
+        "two changes together"
     )
     eased: bool = Field(
         description="Whether a margin stays beyond its limit, where it is now, and gets no worse"
@@ -152,8 +156,8 @@ class WhyDocument(BaseModel):
     goal: float = Field(description="Error that counts as mended, m")
     causes: list[Cause] = Field(description="Largest share first")
     absent: list[Absent] = Field(description="Causes that are not there")
-    mend: Mend | None = Field(description="null where no change that was tried mends it")
-    why_not: str = Field(description="Why there is none; empty where there is one")
+    mend: Mend | None = Field(description="null where no change that was tried makes it smaller")
+    why_not: str = Field(description="Why none reaches the goal; empty where one does")
     tried: int = Field(description="Changes that were simulated")
     reached: int = Field(description="Changes that reach the goal, whatever their margins")
     notes: list[str]

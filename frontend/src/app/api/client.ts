@@ -1,6 +1,7 @@
 /** REST calls. Every failure is an ApiError that carries the server's problem document. */
 
 import { pretty } from '../../ui/units';
+import { person } from '../session/person.svelte';
 import { LEASE } from '../storage';
 import type { Answer, Method, Operation, Options, PathOf, RequestOf } from './operations';
 import type {
@@ -107,20 +108,27 @@ export class Api {
     body: object = {},
     signal = AbortSignal.timeout(PATIENCE),
   ): Promise<SessionInfo> {
-    const sent = { ...at(id), ...lease(), body };
+    const sent = { ...at(id), ...actor(), body };
     const answer = await this.send('post', `/sessions/{session_id}/${name}`, sent, signal);
     return whole(answer.json(), signal) as Promise<SessionInfo>;
   }
 
+  laws = () => this.json('get', '/laws', {});
+  earlierEvents = (id: string) => this.json('get', '/sessions/{session_id}/earlier-events', at(id));
+
   push = (id: string, body: { axis: Axis; force: number; duration: number }) =>
-    this.json('post', '/sessions/{session_id}/push', { ...at(id), body });
+    this.json('post', '/sessions/{session_id}/push', {
+      ...at(id),
+      ...actor(),
+      body,
+    });
   /** Keeps ticks [from, to) as a run. */
   keepCapture = (id: string, body: RequestOf<'/sessions/{session_id}/captures'>) =>
     this.json('post', '/sessions/{session_id}/captures', { ...at(id), body });
   patch = (id: string, set: Changes) =>
     this.json('patch', '/sessions/{session_id}/parameters', {
       ...at(id),
-      ...lease(),
+      ...actor(),
       body: { set },
     });
 
@@ -190,6 +198,7 @@ export class Api {
     this.json('post', '/identify/plan', { body });
 
   jobs = (kind: JobKind) => this.json('get', '/jobs', { query: { kind } });
+  jobsNow = () => this.json('get', '/jobs/now', {});
   job = <K extends JobKind>(job_id: string) =>
     this.json('get', '/jobs/{job_id}', { path: { job_id } }) as Promise<ReportOf<K>>;
   cancelJob = <K extends JobKind>(job_id: string) =>
@@ -282,10 +291,10 @@ function at(session_id: string) {
   return { path: { session_id } };
 }
 
-/** Control of the drives, where this page holds it: without it they change nothing but STOP. */
-function lease() {
+/** Who acts; and control of the drives, where this page holds it: without it only STOP acts on them. */
+function actor(): { header: Record<string, string> } {
   const Lease = sessionStorage.getItem(LEASE);
-  return Lease === null ? {} : { header: { Lease } };
+  return { header: { ...(Lease === null ? {} : { Lease }), ...person.header } };
 }
 
 function unreachable(detail: string): ApiError {

@@ -1,5 +1,13 @@
 import { describe, expect, it } from 'vitest';
-import { at, atStart, difference, numberAt, withChanges, withValue } from './scenario-paths';
+import {
+  at,
+  atStart,
+  difference,
+  fitting,
+  numberAt,
+  withChanges,
+  withValue,
+} from './scenario-paths';
 import type { Scenario } from './types';
 
 const scenario = {
@@ -15,6 +23,38 @@ const scenario = {
   trajectory: { kind: 'circle', radius: 0.015 },
 } as unknown as Scenario;
 const matched = { name: 'matched', description: 'a fit', x: { mass: 5.9, gain: [1, 1, 0.9] } };
+
+describe('changes of a link', () => {
+  const now = {
+    schedule: [],
+    plant: { name: 'nominal', x: { mass: 5.9 } },
+    variants: { A: { controller: { x: { k_p: 1, notch: { frequency: 100 } } } } },
+    trajectory: { kind: 'circle', radius: 0.015 },
+  } as unknown as Scenario;
+
+  it('are taken where they have the form of what they replace', () => {
+    const good = {
+      'variants.A.controller.x.k_p': 2,
+      'variants.A.controller.x.notch': null,
+      trajectory: { kind: 'line', end: { x: 0.001 } },
+      'plant.x.load': { any: 1 },
+    };
+    expect(fitting(good, now)).toEqual(good);
+  });
+
+  it('are left out where they have another', () => {
+    const bad = {
+      schedule: 5,
+      variants: null,
+      'variants.A': null,
+      plant: { x: 1 },
+      'plant.x.mass': 'heavy',
+      trajectory: [1],
+      ...(JSON.parse('{"__proto__":1}') as object),
+    };
+    expect(fitting(bad, now)).toEqual({});
+  });
+});
 
 describe('paths', () => {
   it('reads', () => {

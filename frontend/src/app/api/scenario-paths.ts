@@ -138,6 +138,30 @@ export function atStart({
   return back.reduce((result, { path, from }) => withValue(result, path, from as Value), scenario);
 }
 
+/** Returns those changes that have the form of what they replace: a link may hold anything. */
+export function fitting(changes: Changes, scenario: Scenario): Changes {
+  return Object.fromEntries(
+    Object.entries(changes).filter(([path, value]) => {
+      // Parts of a controller, such as a notch, are switched off by null.
+      if (value === null) return path.includes('.controller.') || !isWhole(at(scenario, path));
+      return fits(value, at(scenario, path));
+    }),
+  );
+}
+
+const isText = (value: Value) => typeof value === 'string';
+const isWhole = (value: Value | undefined) => isTable(value) || Array.isArray(value);
+
+function fits(value: Value, now: Value | undefined): boolean {
+  if (now === undefined || now === null) return true;
+  if (Array.isArray(now)) return Array.isArray(value);
+  if (!isTable(now)) return !isWhole(value) && isText(value) === isText(now);
+  return (
+    isTable(value) &&
+    Object.entries(value).every(([key, part]) => !(key in now) || fits(part, now[key]))
+  );
+}
+
 export function ofTrajectory(path: string): boolean {
   return path.split('.')[0] === 'trajectory';
 }

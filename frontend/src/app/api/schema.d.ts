@@ -238,9 +238,32 @@ export interface paths {
          * List Jobs
          * @description Return the jobs that wait, run or have ended, the newest first.
          *
-         *     They are recorded, and found again when the server is started anew.
+         *     With a kind, the result of it that was shipped with the program is the last. Jobs are recorded,
+         *     and found again when the server is started anew.
          */
         get: operations["listJobs"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/jobs/now": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Jobs Now
+         * @description Return the jobs that wait or run, then the latest that have ended since the server's start.
+         *
+         *     It is answered from memory, and without requests: one call a second keeps up with all of them.
+         */
+        get: operations["getJobsNow"];
         put?: never;
         post?: never;
         delete?: never;
@@ -287,6 +310,26 @@ export interface paths {
          * @description Run a scenario and return its result with curves over a stretch of it.
          */
         post: operations["whatIf"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/whatif/captures": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Keep What If Capture
+         * @description Run a scenario, and keep a stretch of it as a run with every channel.
+         */
+        post: operations["keepWhatIfCapture"];
         delete?: never;
         options?: never;
         head?: never;
@@ -504,6 +547,26 @@ export interface paths {
          * @description End a session.
          */
         delete: operations["deleteSession"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/sessions/{session_id}/earlier-events": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Earlier Events
+         * @description List the latest 200 events before the reset, oldest first; `reset` begins each timeline.
+         */
+        get: operations["getEarlierEvents"];
+        put?: never;
+        post?: never;
+        delete?: never;
         options?: never;
         head?: never;
         patch?: never;
@@ -1585,6 +1648,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/runs/histogram": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Histogram
+         * @description Return how a metric is spread over what a search finds, but for its own bounds.
+         */
+        get: operations["getRunHistogram"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/runs/{run_id}": {
         parameters: {
             query?: never;
@@ -1824,6 +1907,26 @@ export interface paths {
          * @description Delete a motor of one's own; scenarios and runs that have it keep its numbers.
          */
         delete: operations["deleteMotor"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/laws": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Laws
+         * @description Return all laws, and why files of laws of one's own are not taken.
+         */
+        get: operations["getLaws"];
+        put?: never;
+        post?: never;
+        delete?: never;
         options?: never;
         head?: never;
         patch?: never;
@@ -3075,6 +3178,41 @@ export interface components {
             };
         };
         /**
+         * Capture
+         * @description What a capture of a trigger is of, and how far its curves go.
+         */
+        Capture: {
+            /**
+             * Origin
+             * @description The run that it is a stretch of; empty where there is none
+             */
+            origin: string;
+            /**
+             * From Tick
+             * @description Tick of its first sample
+             */
+            from_tick: number;
+            /**
+             * Trigger Tick
+             * @description Tick at which it was triggered
+             */
+            trigger_tick: number;
+            /**
+             * Peaks
+             * @description By channel, those of the trigger and following errors: the sample farthest from zero, signed, SI
+             */
+            peaks: {
+                [key: string]: number;
+            };
+            /**
+             * Glitches
+             * @description By following error whose axis reverses: height of the quadrant glitch at the reversal nearest to the trigger, signed, m
+             */
+            glitches: {
+                [key: string]: number;
+            };
+        };
+        /**
          * CaptureRequest
          * @description A stretch of a session: of its latest 30 s, or of what was recorded before.
          * @example {
@@ -3094,10 +3232,15 @@ export interface components {
              */
             to_tick: number;
             /**
-             * Timeline
-             * @description The session's timeline that the ticks are of: a reset begins another one, and what was before is taken from its recording. Without, the newest
+             * Trigger Tick
+             * @description Tick at which it was triggered, of these; the first when left out
              */
-            timeline?: number | null;
+            trigger_tick?: number | null;
+            /**
+             * Columns
+             * @description Channels of the trigger: the capture tells their peaks, besides those of the following errors
+             */
+            columns?: string[];
             /**
              * Name
              * @description Of the run
@@ -3110,6 +3253,11 @@ export interface components {
              * @default
              */
             note: string;
+            /**
+             * Timeline
+             * @description The session's timeline that the ticks are of: a reset begins another one, and what was before is taken from its recording. Without, the newest
+             */
+            timeline?: number | null;
             /**
              * Automatic
              * @description Kept as it comes, not by a person: evicted when there is no room
@@ -3315,6 +3463,11 @@ export interface components {
              * @description Root mean square of the difference
              */
             rms: number | null;
+            /**
+             * Range
+             * @description Largest less least value of the baseline
+             */
+            range: number | null;
             /**
              * Compared
              * @description Instants at which both have a value
@@ -3754,15 +3907,14 @@ export interface components {
              * @description Time of a at which the comparison ends, s
              */
             end?: number | null;
+            /** @description Of all channels; left out: 2 % of the baseline's range, six times its noise and an encoder count, 1 ms in time */
+            tolerance?: components["schemas"]["Tolerance"] | null;
             /**
-             * @description Of all channels
-             * @default {
-             *       "absolute": 0,
-             *       "relative": 0,
-             *       "time": 0
-             *     }
+             * Exact
+             * @description Every channel, and equal values where no tolerance is given
+             * @default false
              */
-            tolerance: components["schemas"]["Tolerance"];
+            exact: boolean;
             /**
              * Channels
              * @description By name, or by a pattern such as *.following_error; a name counts before patterns, of these the last that fits
@@ -3772,7 +3924,7 @@ export interface components {
             };
             /**
              * Only
-             * @description Names or patterns of the channels to compare; all when left out
+             * @description Names or patterns of the channels to compare; left out: eight at most that tell how the motion was, following errors, forces and currents
              */
             only?: string[];
             /**
@@ -3844,15 +3996,14 @@ export interface components {
              * @description Time of a at which the comparison ends, s
              */
             end?: number | null;
+            /** @description Of all channels; left out: 2 % of the baseline's range, six times its noise and an encoder count, 1 ms in time */
+            tolerance?: components["schemas"]["Tolerance"] | null;
             /**
-             * @description Of all channels
-             * @default {
-             *       "absolute": 0,
-             *       "relative": 0,
-             *       "time": 0
-             *     }
+             * Exact
+             * @description Every channel, and equal values where no tolerance is given
+             * @default false
              */
-            tolerance: components["schemas"]["Tolerance"];
+            exact: boolean;
             /**
              * Channels
              * @description By name, or by a pattern such as *.following_error; a name counts before patterns, of these the last that fits
@@ -3862,7 +4013,7 @@ export interface components {
             };
             /**
              * Only
-             * @description Names or patterns of the channels to compare; all when left out
+             * @description Names or patterns of the channels to compare; left out: eight at most that tell how the motion was, following errors, forces and currents
              */
             only?: string[];
             /**
@@ -3962,7 +4113,10 @@ export interface components {
              * @description Whether all are
              */
             holds: boolean;
-            /** Headline */
+            /**
+             * Headline
+             * @description The verdict as a sentence
+             */
             headline: string;
         };
         /**
@@ -5183,6 +5337,8 @@ export interface components {
         /**
          * Event
          * @description What happened at a tick of a live session, or of its recording.
+         *
+         *     Of a session alone are `play`, `pause`, `speed` and `reset`: samples do not depend on them.
          */
         Event: {
             /**
@@ -5194,7 +5350,19 @@ export interface components {
              * Kind
              * @enum {string}
              */
-            kind: "change" | "push" | "stop" | "gap";
+            kind: "change" | "push" | "stop" | "gap" | "play" | "pause" | "speed" | "reset" | "law";
+            /**
+             * At
+             * @description Unix time, s; of a session
+             * @default null
+             */
+            at: number | null;
+            /**
+             * By
+             * @description Name of who did it; empty if unnamed
+             * @default
+             */
+            by: string;
             /**
              * Set
              * @description Of a change: path to value
@@ -5210,31 +5378,53 @@ export interface components {
                 [key: string]: unknown;
             };
             /**
+             * Undo
+             * @description Of a change: it takes back an earlier one
+             * @default false
+             */
+            undo: boolean;
+            /**
              * Checked
              * @description Of a change: tick at which it was checked, before it took effect
+             * @default null
              */
-            checked?: number | null;
+            checked: number | null;
             /**
              * Axis
              * @description Of a push
+             * @default null
              */
-            axis?: ("x" | "y") | null;
+            axis: ("x" | "y") | null;
             /**
              * Force
              * @description Of a push, N
+             * @default null
              */
-            force?: number | null;
+            force: number | null;
             /**
              * Ticks
              * @description Ticks of a push, or missing in a gap
+             * @default null
              */
-            ticks?: number | null;
+            ticks: number | null;
             /**
              * Reason
              * @description Why ticks are missing, or drives stopped
              * @default
              */
             reason: string;
+            /**
+             * Law
+             * @description Of `law`: the law whose file has changed
+             * @default
+             */
+            law: string;
+            /**
+             * Speed
+             * @description Simulated time per time; of `play` where it is another one
+             * @default null
+             */
+            speed: number | null;
         };
         /**
          * EventConfig
@@ -6075,12 +6265,34 @@ export interface components {
              */
             remaining: number | null;
             /**
-             * Request
-             * @description Body of the request that asked for it
+             * Waits For
+             * @description Why it is queued: the server starts, other jobs run, kernels are compiled, runs and sessions hold the memory; null when it is not
              */
-            request: {
-                [key: string]: unknown;
-            };
+            waits_for?: ("server" | "jobs" | "kernels" | "memory") | null;
+            /**
+             * Subject
+             * @description What it is of, in short: a scenario, a run, a preset
+             * @default
+             */
+            subject: string;
+            /**
+             * Version
+             * @description Version of the program that computes it
+             * @default
+             */
+            version: string;
+            /**
+             * Model
+             * @description Hash of the model's sources
+             * @default
+             */
+            model: string;
+            /**
+             * Shipped
+             * @description Whether it came with the program
+             * @default false
+             */
+            shipped: boolean;
             /**
              * Error
              * @description Why a job failed or was interrupted
@@ -6091,6 +6303,13 @@ export interface components {
              * @description Why there is no record of it beyond the server's end
              */
             unrecorded?: string | null;
+            /**
+             * Request
+             * @description Body of the request that asked for it
+             */
+            request: {
+                [key: string]: unknown;
+            };
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -6958,12 +7177,34 @@ export interface components {
              */
             remaining: number | null;
             /**
-             * Request
-             * @description Body of the request that asked for it
+             * Waits For
+             * @description Why it is queued: the server starts, other jobs run, kernels are compiled, runs and sessions hold the memory; null when it is not
              */
-            request: {
-                [key: string]: unknown;
-            };
+            waits_for?: ("server" | "jobs" | "kernels" | "memory") | null;
+            /**
+             * Subject
+             * @description What it is of, in short: a scenario, a run, a preset
+             * @default
+             */
+            subject: string;
+            /**
+             * Version
+             * @description Version of the program that computes it
+             * @default
+             */
+            version: string;
+            /**
+             * Model
+             * @description Hash of the model's sources
+             * @default
+             */
+            model: string;
+            /**
+             * Shipped
+             * @description Whether it came with the program
+             * @default false
+             */
+            shipped: boolean;
             /**
              * Error
              * @description Why a job failed or was interrupted
@@ -6974,6 +7215,13 @@ export interface components {
              * @description Why there is no record of it beyond the server's end
              */
             unrecorded?: string | null;
+            /**
+             * Request
+             * @description Body of the request that asked for it
+             */
+            request: {
+                [key: string]: unknown;
+            };
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -7181,6 +7429,89 @@ export interface components {
             place: string;
         };
         /**
+         * JobState
+         * @description State of a job, without its request and results.
+         */
+        JobState: {
+            /**
+             * Id
+             * @description Identifier, part of its URL
+             */
+            id: string;
+            /**
+             * State
+             * @description queued, running, done, failed, cancelled, or interrupted by the server's end
+             * @enum {string}
+             */
+            state: "queued" | "running" | "done" | "failed" | "cancelled" | "interrupted";
+            /**
+             * Progress
+             * @description Share of the work that is done, 0 to 1
+             */
+            progress: number;
+            /**
+             * Created
+             * Format: date-time
+             * @description When it was asked for
+             */
+            created: string;
+            /**
+             * Elapsed
+             * @description Time that it has run, s
+             */
+            elapsed: number;
+            /**
+             * Remaining
+             * @description Estimate of the time that it still needs, s
+             */
+            remaining: number | null;
+            /**
+             * Waits For
+             * @description Why it is queued: the server starts, other jobs run, kernels are compiled, runs and sessions hold the memory; null when it is not
+             */
+            waits_for?: ("server" | "jobs" | "kernels" | "memory") | null;
+            /**
+             * Subject
+             * @description What it is of, in short: a scenario, a run, a preset
+             * @default
+             */
+            subject: string;
+            /**
+             * Version
+             * @description Version of the program that computes it
+             * @default
+             */
+            version: string;
+            /**
+             * Model
+             * @description Hash of the model's sources
+             * @default
+             */
+            model: string;
+            /**
+             * Shipped
+             * @description Whether it came with the program
+             * @default false
+             */
+            shipped: boolean;
+            /**
+             * Error
+             * @description Why a job failed or was interrupted
+             */
+            error: string | null;
+            /**
+             * Unrecorded
+             * @description Why there is no record of it beyond the server's end
+             */
+            unrecorded?: string | null;
+            /**
+             * Kind
+             * @description Its study, or simulate
+             * @enum {string}
+             */
+            kind: "simulate" | "replay" | "identify" | "tune" | "landscape" | "monte-carlo" | "sweep" | "frequency-sweep" | "map" | "reproduce";
+        };
+        /**
          * JobSummary
          * @description State of a job, without its results.
          */
@@ -7218,12 +7549,34 @@ export interface components {
              */
             remaining: number | null;
             /**
-             * Request
-             * @description Body of the request that asked for it
+             * Waits For
+             * @description Why it is queued: the server starts, other jobs run, kernels are compiled, runs and sessions hold the memory; null when it is not
              */
-            request: {
-                [key: string]: unknown;
-            };
+            waits_for?: ("server" | "jobs" | "kernels" | "memory") | null;
+            /**
+             * Subject
+             * @description What it is of, in short: a scenario, a run, a preset
+             * @default
+             */
+            subject: string;
+            /**
+             * Version
+             * @description Version of the program that computes it
+             * @default
+             */
+            version: string;
+            /**
+             * Model
+             * @description Hash of the model's sources
+             * @default
+             */
+            model: string;
+            /**
+             * Shipped
+             * @description Whether it came with the program
+             * @default false
+             */
+            shipped: boolean;
             /**
              * Error
              * @description Why a job failed or was interrupted
@@ -7235,11 +7588,24 @@ export interface components {
              */
             unrecorded?: string | null;
             /**
+             * Request
+             * @description Body of the request that asked for it
+             */
+            request: {
+                [key: string]: unknown;
+            };
+            /**
              * Kind
              * @description Its study, or simulate
              * @enum {string}
              */
             kind: "simulate" | "replay" | "identify" | "tune" | "landscape" | "monte-carlo" | "sweep" | "frequency-sweep" | "map" | "reproduce";
+            /**
+             * Other Model
+             * @description Whether another version of the model has computed it
+             * @default false
+             */
+            other_model: boolean;
         };
         /**
          * JudgedRow
@@ -7533,12 +7899,34 @@ export interface components {
              */
             remaining: number | null;
             /**
-             * Request
-             * @description Body of the request that asked for it
+             * Waits For
+             * @description Why it is queued: the server starts, other jobs run, kernels are compiled, runs and sessions hold the memory; null when it is not
              */
-            request: {
-                [key: string]: unknown;
-            };
+            waits_for?: ("server" | "jobs" | "kernels" | "memory") | null;
+            /**
+             * Subject
+             * @description What it is of, in short: a scenario, a run, a preset
+             * @default
+             */
+            subject: string;
+            /**
+             * Version
+             * @description Version of the program that computes it
+             * @default
+             */
+            version: string;
+            /**
+             * Model
+             * @description Hash of the model's sources
+             * @default
+             */
+            model: string;
+            /**
+             * Shipped
+             * @description Whether it came with the program
+             * @default false
+             */
+            shipped: boolean;
             /**
              * Error
              * @description Why a job failed or was interrupted
@@ -7549,6 +7937,13 @@ export interface components {
              * @description Why there is no record of it beyond the server's end
              */
             unrecorded?: string | null;
+            /**
+             * Request
+             * @description Body of the request that asked for it
+             */
+            request: {
+                [key: string]: unknown;
+            };
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -7579,6 +7974,64 @@ export interface components {
              * @description Name that was given; empty where none was
              */
             by: string;
+        };
+        /**
+         * LawEntry
+         * @description A law of friction compensation.
+         */
+        LawEntry: {
+            /** Name */
+            name: string;
+            /**
+             * Label
+             * @description Name on the screen
+             */
+            label: string;
+            /** Description */
+            description: string;
+            /**
+             * Source
+             * @description Where it comes from
+             */
+            source: string;
+            /**
+             * Parameters
+             * @description Fields of a controller's compensation that it uses
+             */
+            parameters: string[];
+            /**
+             * Own
+             * @description Whether it is of a file that is taken anew when it is saved
+             */
+            own: boolean;
+            /**
+             * File
+             * @description Name of its file
+             */
+            file: string;
+            /**
+             * Text
+             * @description Text of its file; with a problem, that of the later version
+             */
+            text: string;
+            /**
+             * Problem
+             * @description Why a later version of the file does not run; empty if none
+             */
+            problem: string;
+        };
+        /**
+         * LawList
+         * @description Every law, and files that hold none.
+         */
+        LawList: {
+            /** Laws */
+            laws: components["schemas"]["LawEntry"][];
+            /**
+             * Refused
+             * @description Why files of one's own could not be taken at the start
+             */
+            refused: string[];
         };
         /**
          * LayoutRequest
@@ -8128,12 +8581,34 @@ export interface components {
              */
             remaining: number | null;
             /**
-             * Request
-             * @description Body of the request that asked for it
+             * Waits For
+             * @description Why it is queued: the server starts, other jobs run, kernels are compiled, runs and sessions hold the memory; null when it is not
              */
-            request: {
-                [key: string]: unknown;
-            };
+            waits_for?: ("server" | "jobs" | "kernels" | "memory") | null;
+            /**
+             * Subject
+             * @description What it is of, in short: a scenario, a run, a preset
+             * @default
+             */
+            subject: string;
+            /**
+             * Version
+             * @description Version of the program that computes it
+             * @default
+             */
+            version: string;
+            /**
+             * Model
+             * @description Hash of the model's sources
+             * @default
+             */
+            model: string;
+            /**
+             * Shipped
+             * @description Whether it came with the program
+             * @default false
+             */
+            shipped: boolean;
             /**
              * Error
              * @description Why a job failed or was interrupted
@@ -8144,6 +8619,13 @@ export interface components {
              * @description Why there is no record of it beyond the server's end
              */
             unrecorded?: string | null;
+            /**
+             * Request
+             * @description Body of the request that asked for it
+             */
+            request: {
+                [key: string]: unknown;
+            };
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -8281,9 +8763,14 @@ export interface components {
         };
         /**
          * Mend
-         * @description The smallest change found that reaches the goal within the margins.
+         * @description The change that is offered: the smallest that reaches the goal within the margins, if any.
          */
         Mend: {
+            /**
+             * Reaches
+             * @description Whether it reaches the goal; else it comes nearest and makes no margin worse
+             */
+            reaches: boolean;
             /**
              * Label
              * @description What is changed, for people
@@ -8298,7 +8785,7 @@ export interface components {
             };
             /**
              * Factor
-             * @description By which a number of the controller is multiplied; null for a switch
+             * @description By which a number of the controller is multiplied; null for a switch, and for two changes together
              */
             factor: number | null;
             /**
@@ -8531,12 +9018,34 @@ export interface components {
              */
             remaining: number | null;
             /**
-             * Request
-             * @description Body of the request that asked for it
+             * Waits For
+             * @description Why it is queued: the server starts, other jobs run, kernels are compiled, runs and sessions hold the memory; null when it is not
              */
-            request: {
-                [key: string]: unknown;
-            };
+            waits_for?: ("server" | "jobs" | "kernels" | "memory") | null;
+            /**
+             * Subject
+             * @description What it is of, in short: a scenario, a run, a preset
+             * @default
+             */
+            subject: string;
+            /**
+             * Version
+             * @description Version of the program that computes it
+             * @default
+             */
+            version: string;
+            /**
+             * Model
+             * @description Hash of the model's sources
+             * @default
+             */
+            model: string;
+            /**
+             * Shipped
+             * @description Whether it came with the program
+             * @default false
+             */
+            shipped: boolean;
             /**
              * Error
              * @description Why a job failed or was interrupted
@@ -8547,6 +9056,13 @@ export interface components {
              * @description Why there is no record of it beyond the server's end
              */
             unrecorded?: string | null;
+            /**
+             * Request
+             * @description Body of the request that asked for it
+             */
+            request: {
+                [key: string]: unknown;
+            };
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -10764,12 +11280,34 @@ export interface components {
              */
             remaining: number | null;
             /**
-             * Request
-             * @description Body of the request that asked for it
+             * Waits For
+             * @description Why it is queued: the server starts, other jobs run, kernels are compiled, runs and sessions hold the memory; null when it is not
              */
-            request: {
-                [key: string]: unknown;
-            };
+            waits_for?: ("server" | "jobs" | "kernels" | "memory") | null;
+            /**
+             * Subject
+             * @description What it is of, in short: a scenario, a run, a preset
+             * @default
+             */
+            subject: string;
+            /**
+             * Version
+             * @description Version of the program that computes it
+             * @default
+             */
+            version: string;
+            /**
+             * Model
+             * @description Hash of the model's sources
+             * @default
+             */
+            model: string;
+            /**
+             * Shipped
+             * @description Whether it came with the program
+             * @default false
+             */
+            shipped: boolean;
             /**
              * Error
              * @description Why a job failed or was interrupted
@@ -10780,6 +11318,13 @@ export interface components {
              * @description Why there is no record of it beyond the server's end
              */
             unrecorded?: string | null;
+            /**
+             * Request
+             * @description Body of the request that asked for it
+             */
+            request: {
+                [key: string]: unknown;
+            };
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -10857,12 +11402,34 @@ export interface components {
              */
             remaining: number | null;
             /**
-             * Request
-             * @description Body of the request that asked for it
+             * Waits For
+             * @description Why it is queued: the server starts, other jobs run, kernels are compiled, runs and sessions hold the memory; null when it is not
              */
-            request: {
-                [key: string]: unknown;
-            };
+            waits_for?: ("server" | "jobs" | "kernels" | "memory") | null;
+            /**
+             * Subject
+             * @description What it is of, in short: a scenario, a run, a preset
+             * @default
+             */
+            subject: string;
+            /**
+             * Version
+             * @description Version of the program that computes it
+             * @default
+             */
+            version: string;
+            /**
+             * Model
+             * @description Hash of the model's sources
+             * @default
+             */
+            model: string;
+            /**
+             * Shipped
+             * @description Whether it came with the program
+             * @default false
+             */
+            shipped: boolean;
             /**
              * Error
              * @description Why a job failed or was interrupted
@@ -10873,6 +11440,13 @@ export interface components {
              * @description Why there is no record of it beyond the server's end
              */
             unrecorded?: string | null;
+            /**
+             * Request
+             * @description Body of the request that asked for it
+             */
+            request: {
+                [key: string]: unknown;
+            };
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -11359,6 +11933,23 @@ export interface components {
              * @default
              */
             stopped: string;
+            /**
+             * Stopped At
+             * @description When that was, from the first sample on, s
+             */
+            stopped_at?: number | null;
+            /**
+             * Named
+             * @description By a person; else the name follows what the run is
+             * @default false
+             */
+            named: boolean;
+            /**
+             * Drive
+             * @description Title of the drive link that moved; else empty
+             * @default
+             */
+            drive: string;
             /** Variants */
             variants: string[];
             /**
@@ -11375,11 +11966,13 @@ export interface components {
             differences: components["schemas"]["Difference"][];
             /**
              * Metrics
-             * @description By variant, axis and metric, such as B.x.max_abs_following_error, SI
+             * @description By variant, axis and metric, such as B.x.max_abs_following_error, SI; of a simulated motor also gain_margin (a factor) and phase_margin (rad), the worst at standstill and sliding, of a stable loop that has a linearisation
              */
             metrics: {
                 [key: string]: number;
             };
+            /** @description Of a trigger's capture */
+            capture?: components["schemas"]["Capture"] | null;
             /**
              * Thumbnail
              * @description Curves of 0 to 1000 by name: reference, and each variant; x, y, x, y ...
@@ -11490,6 +12083,23 @@ export interface components {
              * @default
              */
             stopped: string;
+            /**
+             * Stopped At
+             * @description When that was, from the first sample on, s
+             */
+            stopped_at?: number | null;
+            /**
+             * Named
+             * @description By a person; else the name follows what the run is
+             * @default false
+             */
+            named: boolean;
+            /**
+             * Drive
+             * @description Title of the drive link that moved; else empty
+             * @default
+             */
+            drive: string;
             /** Variants */
             variants: string[];
             /**
@@ -11506,11 +12116,13 @@ export interface components {
             differences: components["schemas"]["Difference"][];
             /**
              * Metrics
-             * @description By variant, axis and metric, such as B.x.max_abs_following_error, SI
+             * @description By variant, axis and metric, such as B.x.max_abs_following_error, SI; of a simulated motor also gain_margin (a factor) and phase_margin (rad), the worst at standstill and sliding, of a stable loop that has a linearisation
              */
             metrics: {
                 [key: string]: number;
             };
+            /** @description Of a trigger's capture */
+            capture?: components["schemas"]["Capture"] | null;
             /**
              * Thumbnail
              * @description Curves of 0 to 1000 by name: reference, and each variant; x, y, x, y ...
@@ -11550,6 +12162,13 @@ export interface components {
                 [key: string]: unknown;
             } | null;
             /**
+             * Laws
+             * @description Text of the file of each law of one's own that a controller has at tick 0
+             */
+            laws?: {
+                [key: string]: string;
+            };
+            /**
              * First Tick
              * @description Tick of its first sample; of a long recording the beginning goes
              * @default 0
@@ -11584,6 +12203,42 @@ export interface components {
             axes: {
                 [key: string]: components["schemas"]["AxisGlitches"];
             };
+        };
+        /**
+         * RunHistogram
+         * @description Runs by a metric, in bins of equal ratio.
+         */
+        RunHistogram: {
+            /**
+             * Metric
+             * @description Full name, such as B.x.max_abs_following_error
+             */
+            metric: string;
+            /**
+             * Edges
+             * @description Edges of the bins, SI; one more than bins
+             */
+            edges: number[];
+            /**
+             * Counts
+             * @description Runs in each bin, from an edge to below the next
+             */
+            counts: number[];
+            /**
+             * Total
+             * @description Runs with the metric
+             */
+            total: number;
+            /**
+             * Least
+             * @description Least value, SI; null where no run has it
+             */
+            least: number | null;
+            /**
+             * Greatest
+             * @description Greatest value, SI
+             */
+            greatest: number | null;
         };
         /**
          * RunningStep
@@ -11969,6 +12624,16 @@ export interface components {
              * @default
              */
             drive: string;
+            /**
+             * People
+             * @description Who watches: names that people gave to their streams, or Guest 1, Guest 2 ...
+             */
+            people: string[];
+            /**
+             * Events
+             * @description What people did since the reset, the latest 100, oldest first; a person's changes of one field within 1 s are one, at the last of them
+             */
+            events: components["schemas"]["Event"][];
             /**
              * Changes
              * @description The latest, oldest first; undo takes back the last
@@ -12405,12 +13070,34 @@ export interface components {
              */
             remaining: number | null;
             /**
-             * Request
-             * @description Body of the request that asked for it
+             * Waits For
+             * @description Why it is queued: the server starts, other jobs run, kernels are compiled, runs and sessions hold the memory; null when it is not
              */
-            request: {
-                [key: string]: unknown;
-            };
+            waits_for?: ("server" | "jobs" | "kernels" | "memory") | null;
+            /**
+             * Subject
+             * @description What it is of, in short: a scenario, a run, a preset
+             * @default
+             */
+            subject: string;
+            /**
+             * Version
+             * @description Version of the program that computes it
+             * @default
+             */
+            version: string;
+            /**
+             * Model
+             * @description Hash of the model's sources
+             * @default
+             */
+            model: string;
+            /**
+             * Shipped
+             * @description Whether it came with the program
+             * @default false
+             */
+            shipped: boolean;
             /**
              * Error
              * @description Why a job failed or was interrupted
@@ -12421,6 +13108,13 @@ export interface components {
              * @description Why there is no record of it beyond the server's end
              */
             unrecorded?: string | null;
+            /**
+             * Request
+             * @description Body of the request that asked for it
+             */
+            request: {
+                [key: string]: unknown;
+            };
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -13609,12 +14303,34 @@ export interface components {
              */
             remaining: number | null;
             /**
-             * Request
-             * @description Body of the request that asked for it
+             * Waits For
+             * @description Why it is queued: the server starts, other jobs run, kernels are compiled, runs and sessions hold the memory; null when it is not
              */
-            request: {
-                [key: string]: unknown;
-            };
+            waits_for?: ("server" | "jobs" | "kernels" | "memory") | null;
+            /**
+             * Subject
+             * @description What it is of, in short: a scenario, a run, a preset
+             * @default
+             */
+            subject: string;
+            /**
+             * Version
+             * @description Version of the program that computes it
+             * @default
+             */
+            version: string;
+            /**
+             * Model
+             * @description Hash of the model's sources
+             * @default
+             */
+            model: string;
+            /**
+             * Shipped
+             * @description Whether it came with the program
+             * @default false
+             */
+            shipped: boolean;
             /**
              * Error
              * @description Why a job failed or was interrupted
@@ -13625,6 +14341,13 @@ export interface components {
              * @description Why there is no record of it beyond the server's end
              */
             unrecorded?: string | null;
+            /**
+             * Request
+             * @description Body of the request that asked for it
+             */
+            request: {
+                [key: string]: unknown;
+            };
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -14011,12 +14734,34 @@ export interface components {
              */
             remaining: number | null;
             /**
-             * Request
-             * @description Body of the request that asked for it
+             * Waits For
+             * @description Why it is queued: the server starts, other jobs run, kernels are compiled, runs and sessions hold the memory; null when it is not
              */
-            request: {
-                [key: string]: unknown;
-            };
+            waits_for?: ("server" | "jobs" | "kernels" | "memory") | null;
+            /**
+             * Subject
+             * @description What it is of, in short: a scenario, a run, a preset
+             * @default
+             */
+            subject: string;
+            /**
+             * Version
+             * @description Version of the program that computes it
+             * @default
+             */
+            version: string;
+            /**
+             * Model
+             * @description Hash of the model's sources
+             * @default
+             */
+            model: string;
+            /**
+             * Shipped
+             * @description Whether it came with the program
+             * @default false
+             */
+            shipped: boolean;
             /**
              * Error
              * @description Why a job failed or was interrupted
@@ -14027,6 +14772,13 @@ export interface components {
              * @description Why there is no record of it beyond the server's end
              */
             unrecorded?: string | null;
+            /**
+             * Request
+             * @description Body of the request that asked for it
+             */
+            request: {
+                [key: string]: unknown;
+            };
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -14324,6 +15076,115 @@ export interface components {
             for_ever: boolean;
         };
         /**
+         * WhatIfCaptureRequest
+         * @description A stretch of a scenario with changes, 30 s at most.
+         * @example {
+         *       "from_tick": 0,
+         *       "scenario": "circle",
+         *       "to_tick": 400
+         *     }
+         */
+        WhatIfCaptureRequest: {
+            /**
+             * From Tick
+             * @description First tick
+             */
+            from_tick: number;
+            /**
+             * To Tick
+             * @description Tick after the last
+             */
+            to_tick: number;
+            /**
+             * Trigger Tick
+             * @description Tick at which it was triggered, of these; the first when left out
+             */
+            trigger_tick?: number | null;
+            /**
+             * Columns
+             * @description Channels of the trigger: the capture tells their peaks, besides those of the following errors
+             */
+            columns?: string[];
+            /**
+             * Name
+             * @description Of the run
+             * @default
+             */
+            name: string;
+            /**
+             * Note
+             * @description Such as what triggered
+             * @default
+             */
+            note: string;
+            /**
+             * Scenario
+             * @description Name of a shipped scenario, or its tables as in a TOML file; see /schema
+             * @default circle
+             */
+            scenario: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                /** @enum {string} */
+                base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                /**
+                 * Name
+                 * @description Short name
+                 * @default custom
+                 */
+                name: string;
+                /**
+                 * Title
+                 * @description One line for people
+                 * @default
+                 */
+                title: string;
+                /**
+                 * Description
+                 * @description What it shows and whose choice its numbers are
+                 * @default
+                 */
+                description: string;
+                /**
+                 * Seed
+                 * @description Seed of every noise source
+                 * @default 2019
+                 */
+                seed: number;
+                /**
+                 * Settling Band
+                 * @description Following error below which a move counts as settled
+                 * @default 0.000002
+                 */
+                settling_band: number;
+                /**
+                 * Divergence Error
+                 * @description Following error beyond which a variant has diverged
+                 * @default 0.02
+                 */
+                divergence_error: number;
+                /**
+                 * thrust reserve
+                 * @description Share of the force sharing's linear range that a motion leaves to feedback to be feasible
+                 * @default 0.12
+                 */
+                thrust_reserve: number;
+                plant?: string | Record<string, never>;
+                trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                variants?: {
+                    [key: string]: Record<string, never>;
+                };
+                load?: Record<string, never>;
+                schedule?: Record<string, never>[];
+                window?: Record<string, never> | null;
+            } | unknown | unknown);
+            /**
+             * Set
+             * @description Dotted path to value, SI; all applied together before validation
+             */
+            set?: {
+                [key: string]: unknown;
+            };
+        };
+        /**
          * WhatIfLanesRequest
          * @description A scenario, changes to it, and what is known of it.
          * @example {
@@ -14587,11 +15448,11 @@ export interface components {
              * @description Causes that are not there
              */
             absent: components["schemas"]["Absent"][];
-            /** @description null where no change that was tried mends it */
+            /** @description null where no change that was tried makes it smaller */
             mend: components["schemas"]["Mend"] | null;
             /**
              * Why Not
-             * @description Why there is none; empty where there is one
+             * @description Why none reaches the goal; empty where one does
              */
             why_not: string;
             /**
@@ -14911,6 +15772,23 @@ export interface components {
             sequence: number;
         };
         /**
+         * Delay
+         * @description How late samples are, about once a second; only to a client whose curves may be thinned.
+         */
+        Delay: {
+            /**
+             * Type
+             * @default delay
+             * @constant
+             */
+            type: "delay";
+            /**
+             * Seconds
+             * @description Longest time from a sample until the client had it, s
+             */
+            seconds: number;
+        };
+        /**
          * ErrorMessage
          * @description A client message that cannot be used; the connection stays.
          */
@@ -14969,6 +15847,43 @@ export interface components {
             session: components["schemas"]["SessionInfo"];
         };
         /**
+         * Named
+         * @description Answers `person`: the name by which others see who watches by this stream.
+         */
+        Named: {
+            /**
+             * Type
+             * @default named
+             * @constant
+             */
+            type: "named";
+            /** Name */
+            name: string;
+        };
+        /**
+         * Person
+         * @description Say who watches by this stream; streams that do not, such as a script's, are no people.
+         */
+        Person: {
+            /**
+             * Type
+             * @constant
+             */
+            type: "person";
+            /**
+             * Name
+             * @description Of it, one line of 40 printable characters is shown; empty for a guest
+             * @default
+             */
+            name: string;
+            /**
+             * Key
+             * @description Streams of one key are one person; never shown
+             * @default
+             */
+            key: string;
+        };
+        /**
          * Reset
          * @description The session is back at tick 0; earlier samples are void.
          */
@@ -14982,7 +15897,7 @@ export interface components {
         };
         /**
          * SessionMessage
-         * @description State, speed or parameters have changed.
+         * @description State, speed, parameters or people have changed, or somebody has pushed.
          */
         SessionMessage: {
             /**
@@ -15028,6 +15943,12 @@ export interface components {
              * @default null
              */
             frame_ticks: number | null;
+            /**
+             * When Behind
+             * @description What a line that cannot carry every sample misses: ticks (`skip`, unless given), all but the extremes (`thin`), or nothing for up to 30 s (`wait`)
+             * @default null
+             */
+            when_behind: ("skip" | "thin" | "wait") | null;
         };
         /**
          * Subscribed
@@ -15915,6 +16836,62 @@ export interface operations {
             };
         };
     };
+    getJobsNow: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["JobState"][];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     getJob: {
         parameters: {
             query?: never;
@@ -16180,6 +17157,114 @@ export interface operations {
             };
             /** @description Service Unavailable */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    keepWhatIfCapture: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["WhatIfCaptureRequest"];
+            };
+        };
+        responses: {
+            /** @description The run that was kept */
+            201: {
+                headers: {
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Run"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Insufficient Storage */
+            507: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -17405,10 +18490,81 @@ export interface operations {
             };
         };
     };
-    play: {
+    getEarlierEvents: {
         parameters: {
             query?: never;
             header?: never;
+            path: {
+                /** @description Identifier of a session */
+                session_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Event"][];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    play: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Percent-encoded name of who acts, as others see it; 40 characters */
+                Person?: string;
+            };
             path: {
                 /** @description Identifier of a session */
                 session_id: string;
@@ -17507,7 +18663,10 @@ export interface operations {
     pause: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Percent-encoded name of who acts, as others see it; 40 characters */
+                Person?: string;
+            };
             path: {
                 /** @description Identifier of a session */
                 session_id: string;
@@ -17683,7 +18842,10 @@ export interface operations {
     reset: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Percent-encoded name of who acts, as others see it; 40 characters */
+                Person?: string;
+            };
             path: {
                 /** @description Identifier of a session */
                 session_id: string;
@@ -17760,7 +18922,10 @@ export interface operations {
     stop: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Percent-encoded name of who acts, as others see it; 40 characters */
+                Person?: string;
+            };
             path: {
                 /** @description Identifier of a session */
                 session_id: string;
@@ -17831,6 +18996,8 @@ export interface operations {
             header?: {
                 /** @description On drives: token of the lease */
                 Lease?: string;
+                /** @description Percent-encoded name of who acts, as others see it; 40 characters */
+                Person?: string;
             };
             path: {
                 /** @description Identifier of a session */
@@ -17908,7 +19075,10 @@ export interface operations {
     push: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Percent-encoded name of who acts, as others see it; 40 characters */
+                Person?: string;
+            };
             path: {
                 /** @description Identifier of a session */
                 session_id: string;
@@ -18010,6 +19180,8 @@ export interface operations {
             header?: {
                 /** @description On drives: token of the lease */
                 Lease?: string;
+                /** @description Percent-encoded name of who acts, as others see it; 40 characters */
+                Person?: string;
             };
             path: {
                 /** @description Identifier of a session */
@@ -24043,6 +25215,87 @@ export interface operations {
             };
         };
     };
+    getRunHistogram: {
+        parameters: {
+            query?: {
+                /** @description Of a variant */
+                metric?: string;
+                /** @description Search, as for the list */
+                q?: string;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RunHistogram"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     getRun: {
         parameters: {
             query?: never;
@@ -25577,6 +26830,62 @@ export interface operations {
             };
             /** @description Service Unavailable */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getLaws: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LawList"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
                 headers: {
                     [name: string]: unknown;
                 };

@@ -25,14 +25,12 @@ export type ScenarioFields = Schemas['ScenarioFields'];
 export type MetricEntry = Schemas['MetricEntry'];
 
 export type ScenarioEntry = Schemas['ScenarioEntry'];
+export type LawEntry = Schemas['LawEntry'];
 export type Parts = Schemas['Parts'];
 export type Change = Schemas['Change'];
 /** Any trajectory: `kind` and its numbers. */
 export type Trajectory = { readonly [key: string]: Value };
 export type TrajectoryEntry = Schemas['TrajectoryEntry'];
-export interface Slowed extends Omit<Schemas['SlowedTrajectory'], 'trajectory'> {
-  trajectory: Trajectory;
-}
 
 /** Scopes and their channels by name, one text for each scope. */
 export type ScopeLayout = Schemas['ScopeLayout'];
@@ -59,6 +57,7 @@ export type Loops = Schemas['LoopDocument'];
 export type Why = Schemas['WhyDocument'];
 
 export type JobSummary = Schemas['JobSummary'];
+export type JobState = Schemas['JobState'];
 export type JobKind = JobSummary['kind'];
 /** Kinds of studies whose requests have fields; some are answered at once. */
 export type StudyKind = JobKind | 'design' | 'platform' | 'sharing' | 'why';
@@ -127,11 +126,14 @@ export type ServerMessage =
   | Schemas['Hello']
   | Schemas['SessionMessage']
   | Schemas['Subscribed']
+  | Schemas['Named']
   | Schemas['Gap']
+  | Schemas['Delay']
   | Schemas['Reset']
   | Schemas['ErrorMessage'];
 
-export type ClientMessage = Omit<Schemas['Subscribe'], 'frame_ticks'> | Schemas['Acknowledge'];
+export type ClientMessage =
+  Omit<Schemas['Subscribe'], 'frame_ticks'> | Schemas['Acknowledge'] | Schemas['Person'];
 
 /** The paper's numbers, before and after they are computed. */
 export type PaperDocument = Schemas['PaperDocument'];
@@ -150,6 +152,7 @@ export type SweepResult = Schemas['SweepDocument'];
 export type Run = Schemas['Run'];
 export type RunDetail = Schemas['RunDetail'];
 export type RunEvent = Schemas['Event'];
+export type RunHistogram = Schemas['RunHistogram'];
 export type RunStorage = Schemas['Storage'];
 export type RunDifference = Schemas['Difference'];
 /** Two runs, channel by channel, and what is asked for. */

@@ -241,6 +241,8 @@ function sessionOf(id: string, scenario: Scenario, base: Scenario): SessionInfo 
     recorded_from: 0,
     unrecorded: '',
     watchers: 0,
+    people: [],
+    events: [],
     ends: null,
     diverged: {},
     drive: '',

@@ -66,7 +66,9 @@ function linesOf(
   };
   const candidates = [...S.keys()].filter((k) => {
     const value = at(S, k);
-    return value > high * at(noise, k) && value >= (S[k + 1] ?? 0) && value >= (S[k - 1] ?? 0);
+    return (
+      value > high * at(noise, k) && value >= (S[k + 1] ?? 0) && value >= (S[k - 1] ?? Infinity)
+    );
   });
   const lines: Peak[] = [];
   for (const k of candidates.sort((a, b) => at(S, b) - at(S, a))) {

@@ -3,9 +3,9 @@
 import { ApiError, PATIENCE } from '../api/client';
 import type { RequestOf } from '../api/operations';
 import { messages } from '../messages.svelte';
-import { LEASE, load, save } from '../storage';
+import { person } from '../session/person.svelte';
+import { LEASE } from '../storage';
 import { app } from '../store.svelte';
-import { NAME } from './drive-link.svelte';
 
 /** Between two heartbeats, ms; the lease ends after 2 s without one. */
 const BEAT = 500;
@@ -13,14 +13,11 @@ const BEAT = 500;
 const ATTEMPT = 1000;
 
 class DriveControl {
-  /** Name under which others see who holds control. */
-  name = $state(load(NAME, `browser ${Math.random().toString(16).slice(2, 6)}`));
   private token = $state('');
   private timer: ReturnType<typeof setInterval> | undefined;
   private beating = false;
 
   constructor() {
-    save(NAME, this.name);
     const kept = sessionStorage.getItem(LEASE);
     if (kept) this.hold(kept);
   }
@@ -30,20 +27,15 @@ class DriveControl {
     return this.token !== '';
   }
 
-  rename(name: string): void {
-    this.name = name.trim() || this.name;
-    save(NAME, this.name);
-  }
-
   async take(): Promise<void> {
-    const body = { holder: this.name };
+    const body = { holder: person.anywhere };
     this.hold((await app.api.json('post', '/drive/lease', { body })).lease);
     await this.look();
   }
 
   /** Lets the holder know that this browser would like control. */
   async ask(): Promise<void> {
-    await app.api.json('post', '/drive/lease/request', { body: { holder: this.name } });
+    await app.api.json('post', '/drive/lease/request', { body: { holder: person.anywhere } });
     await this.look();
   }
 

@@ -3,7 +3,8 @@
 import type { Api } from '../api/client';
 import type { DriveStatus } from '../api/types';
 import { RepeatedStop } from '../stop.svelte';
-import { LEASE, load } from '../storage';
+import { person } from '../session/person.svelte';
+import { LEASE } from '../storage';
 
 /** Between two questions, ms: on the Drive screen or with torque, and else. */
 const FAST = 200;
@@ -12,8 +13,6 @@ const SLOW = 1000;
 const ATTEMPT = 2000;
 /** An answer older than this, ms, is not the state of now; the next look says so within a second. */
 const MISSING = 800;
-/** Where this browser keeps the name under which others see what it does. */
-export const NAME = 'drive-name';
 const TORQUE = ['arming', 'holding', 'moving', 'testing', 'stopping'];
 
 export class DriveLink {
@@ -76,7 +75,7 @@ export class DriveLink {
   }
 
   private async sendStop(signal: AbortSignal): Promise<void> {
-    const query = { by: load(NAME, '') };
+    const query = { by: person.anywhere };
     this.take(await this.api.json('post', '/drive/stop', { query }, signal));
   }
 

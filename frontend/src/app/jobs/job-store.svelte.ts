@@ -1,8 +1,8 @@
 /**
  * A job of one kind in the page: started, watched, cancelled, found again after a reload.
  *
- * Only jobs that this browser has started are found by themselves; those of others are listed for
- * the user to choose from.
+ * Jobs that this browser has started are found by themselves. A screen that has a shipped result
+ * begins with the latest of anybody, or with that one; other jobs are listed to choose from.
  *
  *   const job = new JobStore(app.api, 'identify');
  *   await job.resume();                   // once, when its screen opens
@@ -14,6 +14,8 @@ import { ApiError, type Api, type StudyPath } from '../api/client';
 import type { RequestOf } from '../api/operations';
 import type { JobKind, JobReport, JobSummary, ReportOf } from '../api/types';
 import { listOf, load, save } from '../storage';
+import { jobsNow } from './jobs-now.svelte';
+import { opensJobs } from './open-job';
 
 /** Ids kept of each kind; the server keeps fewer records. */
 const OWN_MAX = 200;
@@ -28,7 +30,7 @@ export function active(job: Pick<JobReport, 'state'>): boolean {
 /** What is seen and done of a job of any kind. */
 export type WatchedJob = { readonly report: JobReport | null } & Pick<
   JobStore<JobKind>,
-  'active' | 'reachable' | 'records' | 'isOwn' | 'cancel' | 'open' | 'showRequest'
+  'active' | 'reachable' | 'records' | 'otherModel' | 'isOwn' | 'cancel' | 'open' | 'showRequest'
 >;
 
 export class JobStore<K extends JobKind> {
@@ -38,6 +40,10 @@ export class JobStore<K extends JobKind> {
   records = $state.raw<readonly JobSummary[]>([]);
   reachable = $state(true);
   readonly active = $derived(this.report !== null && active(this.report));
+  /** Whether what is shown was computed with another version of the model. */
+  readonly otherModel = $derived.by(
+    () => this.records.find(({ id }) => id === this.report?.id)?.other_model === true,
+  );
   private watched = '';
   private asking = false;
 
@@ -96,16 +102,22 @@ export class JobStore<K extends JobKind> {
 
   /**
    * Finds one of this browser's own jobs that runs, else the job that was looked at, else the newest
-   * of its own that is done or was interrupted.
+   * of its own that is done or was interrupted; else, of a kind with a shipped result, the newest of
+   * the server or that one.
    */
   async resume(): Promise<void> {
+    await opensJobs(this.kind, this);
     await this.list();
     if (this.report) return;
-    const { own } = this;
-    const ours = this.records.filter(({ id }) => own.includes(id));
+    const { own, records } = this;
+    const ours = records.filter(({ id }) => own.includes(id));
     const kept = load(this.key, '');
+    const ships = records.some(({ shipped }) => shipped);
     const resumed =
-      ours.find(active) ?? this.records.find((record) => record.id === kept) ?? ours[0];
+      ours.find(active) ??
+      records.find(({ id }) => id === kept) ??
+      ours[0] ??
+      (ships ? records.find(({ state }) => state === 'done') : undefined);
     if (!resumed) return;
     const report = await this.api.job<K>(resumed.id);
     // Meanwhile another may have been started; that one is shown.
@@ -137,13 +149,15 @@ export class JobStore<K extends JobKind> {
 
   private show(report: ReportOf<K>): void {
     this.report = report;
-    save(this.key, report.id);
+    // What comes with the program gives way to whatever is computed.
+    if (!report.shipped) save(this.key, report.id);
   }
 
   private async watch(): Promise<void> {
     const id = this.report?.id ?? '';
     if (!this.active || this.watched === id) return;
     this.watched = id;
+    jobsNow.note(id);
     while (this.active && this.report?.id === id) {
       await new Promise((resolve) => setTimeout(resolve, this.reachable ? POLL : POLL_UNREACHABLE));
       await this.poll(id);

@@ -2,6 +2,7 @@ import { beforeEach, describe, expect, it, vi } from 'vitest';
 import { ApiError, type Api } from '../api/client';
 import type { ReportOf } from '../api/types';
 import { JobStore } from './job-store.svelte';
+import { openJob } from './open-job';
 
 /** A browser's storage, which outlives a reload. */
 const storage = new Map<string, string>();
@@ -130,5 +131,53 @@ describe('found again', () => {
     await again.job.resume();
     expect(again.job.report?.id).toBe('theirs');
     expect(again.restore).not.toHaveBeenCalled();
+  });
+
+  const shipped = { ...record('shipped', 'done'), shipped: true };
+
+  it('is the newest of the server where the program ships a result, else that one', async () => {
+    const [newer, theirs] = [record('newer', 'running'), record('theirs', 'done')];
+    const { job } = opened([newer, theirs, record('older', 'done'), shipped]);
+    await job.resume();
+    expect(job.report?.id).toBe('theirs');
+    const fresh = opened([shipped]);
+    await fresh.job.resume();
+    expect(fresh.job.report?.id).toBe('shipped');
+    expect(fresh.restore).not.toHaveBeenCalled();
+    storage.clear();
+    await opened([shipped]).job.resume();
+    const later = opened([theirs, shipped]);
+    await later.job.resume();
+    expect(later.job.report?.id).toBe('theirs');
+  });
+
+  it('is one of its own before the shipped one', async () => {
+    const mine = record('mine', 'done');
+    await opened([mine]).job.start('/tune', {});
+    const { job } = opened([record('theirs', 'done'), mine, shipped]);
+    await job.resume();
+    expect(job.report?.id).toBe('mine');
+  });
+
+  it('is one that is opened from another screen', async () => {
+    const mine = record('mine', 'done');
+    const theirs = record('theirs', 'running');
+    await opened([mine]).job.start('/tune', {});
+    const { job } = opened([theirs, mine]);
+    await job.resume();
+    await openJob('tune', 'theirs');
+    expect(job.report?.id).toBe('theirs');
+    // Its screen is not there yet.
+    await openJob('sweep', 'swept');
+    const api = { job: (id: string) => Promise.resolve(record(id, 'done')), jobs: () => [] };
+    const other = new JobStore(api as unknown as Api, 'sweep');
+    await other.resume();
+    expect(other.report?.id).toBe('swept');
+  });
+
+  it('says when another version of the model has computed it', async () => {
+    const { job } = opened([{ ...shipped, other_model: true } as ReportOf<'tune'>]);
+    await job.resume();
+    expect(job.otherModel).toBe(true);
   });
 });

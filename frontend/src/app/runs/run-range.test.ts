@@ -1,5 +1,6 @@
 import { expect, it } from 'vitest';
-import { covers, nearby, samplesOf, toRead, within } from './run-range';
+import { nearby, samplesOf, toRead } from './run-range';
+import { covers, within } from './seen-curves';
 
 const run = { ticks: 21_000, period: 0.0005, duration: 10.5 };
 const whole = { start: 0, step: 0.0055, last: 1910 };

@@ -1,6 +1,6 @@
 import { expect, it } from 'vitest';
 import { StillSource } from '../../plot/source';
-import { SeenCurves } from './run-range';
+import { SeenCurves } from './seen-curves';
 
 const curves = (start: number, step: number, count: number) =>
   new StillSource(start, step, count, new Map());

@@ -1,71 +1,65 @@
-/** When a session was pushed and when its parameters were changed. */
+/** What people did during a session: to its parameters, its mover and its clock, by time. */
 
-import type { SessionInfo } from '../api/types';
-
-/** Number of changes whose times are kept. */
-const CHANGES = 200;
-
-/** Moments of the same kind that follow each other within `gap`, s, as one, at the last of them. */
-export function gathered(
-  changes: readonly { time: number; set: object }[],
-  gap: number,
-): { time: number; set: object }[] {
-  const moments: { time: number; set: object }[] = [];
-  for (const { time, set } of changes) {
-    const last = moments.at(-1);
-    if (last && time - last.time < gap) {
-      moments[moments.length - 1] = { time, set: { ...last.set, ...set } };
-    } else moments.push({ time, set });
-  }
-  return moments;
-}
+import type { RunEvent, SessionInfo } from '../api/types';
 
 /** A change of parameters, or that it was taken back. */
 export interface Made {
-  tick: number;
+  time: number;
   set: object;
   undone: boolean;
+  by: string;
+}
+
+/** Changes by the same person that follow each other within `gap`, s, as one, at the last of them. */
+export function gathered(changes: readonly Made[], gap: number): Made[] {
+  const moments: Made[] = [];
+  for (const change of changes) {
+    const last = moments.at(-1);
+    const alike = last?.by === change.by && last.undone === change.undone;
+    if (last && alike && change.time - last.time < gap) {
+      moments[moments.length - 1] = { ...change, set: { ...last.set, ...change.set } };
+    } else moments.push(change);
+  }
+  return moments;
 }
 
 export class Moments {
   /** Control period, s; 0 until the stream has sent it. */
   period = $state(0);
-  private pushed = $state.raw<readonly { tick: number; label: string }[]>([]);
-  private made = $state.raw<readonly Made[]>([]);
+  events = $state.raw<readonly RunEvent[]>([]);
 
-  readonly pushes = $derived(
-    this.period === 0
-      ? []
-      : this.pushed.map(({ tick, label }) => ({ time: tick * this.period, label })),
-  );
-  /** Changes of parameters and their undoing, by time, s. */
-  readonly changes = $derived(
-    this.period === 0
-      ? []
-      : this.made.map(({ tick, set, undone }) => ({ time: tick * this.period, set, undone })),
+  readonly changes = $derived.by((): readonly Made[] =>
+    this.of('change').map(({ time, event: { set = {}, undo, by } }) => {
+      return { time, set, undone: undo, by };
+    }),
   );
 
-  notePush(tick: number, label: string): void {
-    this.pushed = [...this.pushed, { tick, label }];
-  }
-
-  forgetPushes(): void {
-    this.pushed = [];
-  }
-
-  /** An undo takes a change off the server's list: what happened is kept here, and the undo with it. */
-  noteChanges(info: SessionInfo, before: SessionInfo | null): void {
-    const same = before !== null && before.timeline === info.timeline;
-    const known = same ? this.made : [];
-    const fresh = info.changes
-      .filter(({ tick, set }) => !known.some((each) => each.tick === tick && alike(each.set, set)))
-      .map(({ tick, set }) => ({ tick, set, undone: false }));
-    const gone = same ? before.changes.slice(info.changes.length) : [];
-    const undone = gone.map(({ set }) => ({ tick: info.tick, set, undone: true }));
-    this.made = [...known, ...fresh, ...undone].slice(-CHANGES);
+  /** Events of a kind, by time, s. */
+  of(kind: RunEvent['kind']): { time: number; event: RunEvent }[] {
+    if (this.period === 0) return [];
+    return this.events
+      .filter((event) => event.kind === kind)
+      .map((event) => ({ time: event.tick * this.period, event }));
   }
 }
 
-function alike(a: object, b: object): boolean {
-  return JSON.stringify(a) === JSON.stringify(b);
+/** The reset that has come between two accounts of a session, if one has. */
+export function newReset(before: SessionInfo, now: SessionInfo): RunEvent | null {
+  const [first] = now.events;
+  return before.timeline !== now.timeline && first?.kind === 'reset' ? first : null;
+}
+
+/** The latest event of a law's file that has come between two accounts of a session, if one has. */
+export function newLaw(before: SessionInfo, now: SessionInfo): RunEvent | null {
+  const latest = ({ events }: SessionInfo) => events.filter(({ kind }) => kind === 'law').at(-1);
+  const law = latest(now);
+  return law && law.at !== latest(before)?.at ? law : null;
+}
+
+/** The stop that has come between two accounts of a session, if one has. */
+export function newStop(before: SessionInfo, now: SessionInfo): RunEvent | null {
+  const stop = now.events.at(-1);
+  if (stop?.kind !== 'stop') return null;
+  const known = before.timeline === now.timeline && before.events.at(-1)?.kind === 'stop';
+  return known ? null : stop;
 }

@@ -26,7 +26,15 @@ function info(id: string, k_p: number, more: object = {}): SessionInfo {
   const variants = id === 'home' ? { A, B } : { B };
   const drive = id === 'home' ? '' : 'Virtual drive';
   const scenario = { name: 'circle', variants };
-  const state = { changes: [], revision: 0, stream: '', state: 'playing', speed: 1, time: 0 };
+  const state = {
+    changes: [],
+    events: [],
+    revision: 0,
+    stream: '',
+    state: 'playing',
+    speed: 1,
+    time: 0,
+  };
   return { id, drive, base: scenario, scenario, ...state, ...more } as unknown as SessionInfo;
 }
 

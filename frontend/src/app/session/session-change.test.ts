@@ -1,5 +1,5 @@
 import { afterEach, describe, expect, it, vi } from 'vitest';
-import type { Changes, Scenario, SessionInfo } from '../api/types';
+import type { Changes, Scenario, RunEvent, SessionInfo } from '../api/types';
 import { messages } from '../messages.svelte';
 import { Store } from '../store.svelte';
 
@@ -34,6 +34,7 @@ function tuned(): { app: Store; made: { scenario: unknown; set: Changes }[]; com
       time: 0,
       speed: 1,
       changes: [],
+      events: [],
       stream: '',
       base,
       scenario: of,
@@ -180,12 +181,17 @@ it('remembers when a change was made and undone, until a reset', async () => {
   const now = (info: Partial<SessionInfo>) => {
     api.command = vi.fn(async () => ({ ...session.info, ...info }) as SessionInfo);
   };
-  now({ tick: 3000, changes: [{ tick: 2000, set: {}, previous: {} }] });
+  const facts = { kind: 'change', by: '', set: {} };
+  const [change, undo]: [RunEvent, RunEvent] = [
+    { ...facts, tick: 2000, undo: false },
+    { ...facts, tick: 5000, undo: true },
+  ] as [RunEvent, RunEvent];
+  now({ tick: 3000, changes: [{ tick: 2000, set: {}, previous: {} }], events: [change] });
   await session.step(1);
-  now({ tick: 5000, changes: [] });
+  now({ tick: 5000, changes: [], events: [change, undo] });
   await session.undo();
   expect(session.moments.changes.map(({ time }) => time)).toEqual([1, 2.5]);
-  now({ tick: 0, timeline: 1 });
+  now({ tick: 0, timeline: 1, events: [] });
   await session.reset();
   expect(session.moments.changes).toEqual([]);
 });

@@ -1,7 +1,7 @@
 /** The session on the server: which one, its state, its stream, and how it is found again. */
 
 import { ApiError, PATIENCE, UNREACHABLE, type Api, type ScenarioRequest } from '../api/client';
-import { at, atStart, equal, withChanges, without } from '../api/scenario-paths';
+import { at, atStart, equal, fitting, withChanges, without } from '../api/scenario-paths';
 import type { Axis, Changes, Scenario, SessionInfo, Value } from '../api/types';
 import { messages } from '../messages.svelte';
 import { fromAddress, setAddress } from '../storage';
@@ -20,7 +20,10 @@ import {
   type Own,
 } from './kept-sessions';
 import type { Channel } from '../../plot/source';
-import { Moments } from './moments.svelte';
+import { digits } from '../../ui/units';
+import { lawText } from './law-text';
+import { Moments, newLaw, newReset, newStop } from './moments.svelte';
+import { person } from './person.svelte';
 
 /** Time for which samples are kept, s: a little more than the server has to resume from. */
 const KEPT = 33;
@@ -63,6 +66,8 @@ export class SessionStore {
   /** Whether the last requested session was created; pending until the server has answered. */
   private making = Promise.resolve(true);
   private stops = 0;
+  /** What was last said of a law that was not taken, until another version is. */
+  private lawProblem = '';
 
   constructor(private readonly api: Api) {}
 
@@ -136,6 +141,8 @@ export class SessionStore {
       const { linkedSession } = await import('../lab-link');
       const { draft, ...request } = linkedSession();
       await this.create(request, { draft });
+      const unfit = Object.keys(draft).filter((path) => !(path in this.draft));
+      if (unfit.length > 0) messages.error(`Not staged, as it fits no field: ${unfit.join(', ')}.`);
     } catch (error) {
       if (error instanceof ApiError && error.transient) throw error;
       messages.error(`The link cannot be opened: ${reason(error)}.`);
@@ -265,6 +272,12 @@ export class SessionStore {
     }
   }
 
+  /** Gives who uses this browser a name; '' for a guest. */
+  rename(name: string): void {
+    person.rename(name);
+    this.client?.introduce(person.message);
+  }
+
   async setSpeed(speed: number): Promise<void> {
     const within = Math.min(SPEED.most, Math.max(SPEED.least, speed));
     this.speed = Number(within.toPrecision(2));
@@ -273,8 +286,7 @@ export class SessionStore {
   }
 
   async push(axis: Axis, force: number): Promise<void> {
-    const { tick } = await this.api.push(this.target, { axis, force, duration: PUSH_SECONDS });
-    this.moments.notePush(tick, `push ${axis}`);
+    await this.api.push(this.target, { axis, force, duration: PUSH_SECONDS });
   }
 
   /** Takes other what-if changes. */
@@ -308,7 +320,29 @@ export class SessionStore {
 
   private update(info: SessionInfo): void {
     if (info.id !== this.info?.id || info.revision < this.info.revision) return;
-    this.moments.noteChanges(info, this.info);
+    const { period } = this.moments;
+    const stop = newStop(this.info, info);
+    const by = person.other(stop?.by);
+    if (stop && by !== '' && period > 0) {
+      const time = digits(stop.tick * period, 3);
+      messages.info(`The session was stopped${by} at ${time} s.`, [], { stays: true });
+    }
+    const reset = newReset(this.info, info);
+    if (person.other(reset?.by) !== '') {
+      messages.info(`The session was reset${person.other(reset?.by)}.`);
+    }
+    const law = newLaw(this.info, info);
+    if (law) messages.withdraw(this.lawProblem);
+    if (law?.reason) {
+      const text = lawText(law);
+      this.lawProblem = `${text.charAt(0).toUpperCase()}${text.slice(1)}`;
+      messages.error(this.lawProblem);
+    }
+    // The next Play goes on at the speed that another person has chosen.
+    const latest = info.events.filter(({ speed }) => typeof speed === 'number').at(-1);
+    const others = person.other(latest?.by) !== '';
+    if (info.speed !== this.info.speed && others) this.speed = info.speed;
+    this.moments.events = info.events;
     this.info = this.shown(info);
     this.keep();
   }
@@ -327,16 +361,16 @@ export class SessionStore {
 
   private adopt(info: SessionInfo, own: Partial<Own>): void {
     this.client?.close();
-    this.moments.noteChanges(info, null);
+    if (info.id !== this.info?.id) person.enter();
+    this.moments.events = info.events;
     if (!info.drive) [this.home, this.whole] = ['', null];
     this.variant = info.drive ? (Object.keys(info.scenario.variants)[0] ?? '') : '';
     this.info = this.shown(info);
     this.base = own.base ?? info.base;
-    this.draft = own.draft ?? {};
+    this.draft = fitting(own.draft ?? {}, info.scenario);
     this.paths = own.paths ?? [];
     this.speed = info.state === 'playing' ? info.speed : (own.speed ?? 1);
     this.missing = '';
-    this.moments.forgetPushes();
     if (this.home === '') {
       setAddress({ session: info.id });
       this.keep();
@@ -352,13 +386,15 @@ export class SessionStore {
         rate: (rate) => (this.moments.period = 1 / rate),
         channels: (channels) => (this.channels = channels),
         session: (news) => this.update(news),
-        reset: () => this.moments.forgetPushes(),
+        named: (name) => person.take(name),
+        reset: () => undefined,
         problem: (detail) => messages.error(detail),
       },
       { seconds: KEPT, alive: () => this.alive(info.id) },
     );
     this.client.compute(this.computed);
     this.client.subscribe(this.streamed);
+    this.client.introduce(person.message);
     this.client.connect();
   }
 

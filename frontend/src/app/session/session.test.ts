@@ -27,6 +27,8 @@ const info = (id: string, compensation = false, revision = 0): SessionInfo =>
     state: 'playing',
     changes: [],
     watchers: 1,
+    people: [],
+    events: [],
     stream: `/api/v1/sessions/${id}/stream`,
     base: { name: 'circle' },
     scenario: { name: 'circle', variants: { B: { controller: { compensation } } } },
@@ -46,7 +48,7 @@ async function connected() {
   vi.stubGlobal('location', new URL('http://127.0.0.1/?session=a'));
   const store = new SessionStore(api as unknown as Api);
   await store.open();
-  newest().say({ type: 'hello', session: info('a') });
+  newest().say({ type: 'hello', columns: [], session: info('a') });
   expect(store.connection).toBe('connected');
   return { store, api };
 }
@@ -90,7 +92,7 @@ describe('a lost stream', () => {
     api.create.mockResolvedValue(info('b'));
     await vi.advanceTimersByTimeAsync(6000);
     expect(newest().url).toContain('/b/stream');
-    newest().say({ type: 'hello', session: info('b') });
+    newest().say({ type: 'hello', columns: [], session: info('b') });
     expect([store.connection, store.info?.id]).toEqual(['connected', 'b']);
     await store.play();
     expect(api.command).toHaveBeenCalledWith('b', 'play', expect.anything());
@@ -106,7 +108,7 @@ describe('a lost stream', () => {
       expect(api.session.mock.calls.length).toBeGreaterThan(4);
       api.session.mockResolvedValue(info('a'));
       await vi.advanceTimersByTimeAsync(6000);
-      newest().say({ type: 'hello', session: info('a') });
+      newest().say({ type: 'hello', columns: [], session: info('a') });
       expect([store.connection, store.info?.id]).toEqual(['connected', 'a']);
     },
   );

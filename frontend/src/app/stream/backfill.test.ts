@@ -30,7 +30,7 @@ class Server implements Socket {
     this.say({ type: 'subscribed', columns: ['p'], from_tick: this.next });
   }
   hello(): void {
-    this.say({ type: 'hello', session: { timeline: Server.timeline } as SessionInfo });
+    this.say({ type: 'hello', columns: [], session: { timeline: Server.timeline } as SessionInfo });
   }
   say(message: object): void {
     if (this.open) this.onmessage?.({ data: JSON.stringify(message) } as MessageEvent);

@@ -1,10 +1,10 @@
 /**
- * Fetches the ticks that the server skipped because this page was slow.
+ * Fetches the ticks that the server skipped or thinned because this page or its line was slow.
  *
  * The server holds the last 30 s. The ticks come over a second connection that lives as long as there
  * are any to fetch: asked for on the first one, they would come in place of live frames, and the
  * display would stand still until they were all there. Nothing is fetched until no frames have been
- * skipped for a while; when that happens again in spite of it, the page is too busy, and fetching
+ * skipped or thinned for a while; when that happens again in spite of it, the page is too busy, and fetching
  * waits twice as long.
  */
 
@@ -42,11 +42,13 @@ export class Backfill {
     return this.socket !== null;
   }
 
-  /** Notes ticks that were skipped in a timeline. */
+  /** Notes ticks that were skipped, or thinned, in a timeline. */
   skipped(from: number, to: number, timeline: number): void {
     if (this.socket) this.pause = Math.min(LONGEST_PAUSE, 2 * this.pause);
     this.timeline = timeline;
-    this.gaps.push({ from, to });
+    const last = this.gaps.at(-1);
+    if (last?.to === from) last.to = to;
+    else this.gaps.push({ from, to });
     this.later();
   }
 
@@ -119,6 +121,8 @@ export class Backfill {
         this.clear();
         break;
       case 'session':
+      case 'named':
+      case 'delay':
         break;
       default:
         message satisfies never;
@@ -142,7 +146,12 @@ export class Backfill {
       return;
     }
     this.requestedFrom = (this.gaps[0] as Gap).from;
-    this.say({ type: 'subscribe', columns: [...this.ring().names], from_tick: this.requestedFrom });
+    this.say({
+      type: 'subscribe',
+      columns: [...this.ring().names],
+      from_tick: this.requestedFrom,
+      when_behind: 'wait',
+    });
   }
 
   private say(message: ClientMessage): void {

@@ -33,6 +33,17 @@ describe('decodeFrame', () => {
   it('copies nothing', () => {
     expect(decodeFrame(frame).columns.every((column) => column.buffer === frame)).toBe(true);
   });
+  it('reads how many ticks a sample of a thinned frame stands for', () => {
+    const plain = encode(3, 64n, [[1, 2]]);
+    const thinned = new ArrayBuffer(plain.byteLength + 8);
+    new Uint8Array(thinned).set(new Uint8Array(plain, 0, 24));
+    new Uint8Array(thinned).set(new Uint8Array(plain, 24), 32);
+    new DataView(thinned).setUint16(4, 2, true);
+    new DataView(thinned).setUint32(24, 8, true);
+    const { stride, samples, columns } = decodeFrame(thinned);
+    expect([stride, samples, [...(columns[0] ?? [])]]).toEqual([8, 2, [1, 2]]);
+    expect(decodeFrame(plain).stride).toBe(1);
+  });
   it('takes a frame without samples', () => {
     expect(decodeFrame(encode(0, 0n, [[], []])).columns.map((c) => c.length)).toEqual([0, 0]);
   });
@@ -41,8 +52,8 @@ describe('decodeFrame', () => {
     expect(() => decodeFrame(new ArrayBuffer(24))).toThrow('magic');
     expect(() => decodeFrame(frame.slice(0, 44))).toThrow('announced');
     const other = frame.slice(0);
-    new DataView(other).setUint16(4, 2, true);
-    expect(() => decodeFrame(other)).toThrow('protocol 2');
+    new DataView(other).setUint16(4, 3, true);
+    expect(() => decodeFrame(other)).toThrow('protocol 3');
   });
 });
 

@@ -44,6 +44,17 @@ describe('Ring', () => {
     expect(Math.max(...reduce(ring, 'p', 0, 64, 15).maximum)).toBe(5);
   });
 
+  it('holds samples that stand for several ticks, and the middle of a difference', () => {
+    const ring = new Ring(64, ['A.x.thrust', 'B.x.thrust']);
+    ring.write(0, [new Float32Array([3, -1, 2, 2]), new Float32Array([0, 2, 1, 1])], 4);
+    expect([ring.start, ring.end]).toEqual([0, 16]);
+    expect([0, 3, 4, 7, 8].map((tick) => ring.at('A.x.thrust', tick))).toEqual([3, 3, -1, -1, 2]);
+    const difference = Array.from({ length: 16 }, (_, tick) => ring.at('A-B.x.thrust', tick));
+    expect(difference).toEqual([...Array<number>(8).fill(0), ...Array<number>(8).fill(1)]);
+    const { minimum, maximum } = reduce(ring, 'A.x.thrust', 0, 16, 1);
+    expect([minimum[0], maximum[0]]).toEqual([-1, 3]);
+  });
+
   it('leaves skipped ticks empty', () => {
     const ring = new Ring(256, ['p']);
     ring.write(0, [ramp(0, 64)]);

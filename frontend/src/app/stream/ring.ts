@@ -1,6 +1,8 @@
 /**
  * The last samples of each subscribed column, by tick. Plain typed arrays: nothing here is reactive.
  *
+ * A sample that stands for several ticks is kept at each of them.
+ *
  * Beside the samples it keeps minimum and maximum of each block of 16, aligned to multiples of 16
  * ticks, from which long windows are drawn. Ticks that never came are NaN, and are drawn as gaps.
  */
@@ -34,6 +36,14 @@ interface Computing {
 /** Returns for how many ticks there is room if some seconds are to be kept. */
 export function capacityFor(seconds: number, rate: number): number {
   return BLOCK * Math.ceil((seconds * rate) / BLOCK);
+}
+
+/** Each sample at so many ticks. */
+function held(values: Float32Array, stride: number): Float32Array {
+  return Float32Array.from(
+    { length: values.length * stride },
+    (_, i) => values[Math.floor(i / stride)] as number,
+  );
 }
 
 let writes = 0;
@@ -106,9 +116,11 @@ export class Ring {
   /**
    * Takes in one frame: `columns` in the order of the names that the ring was made with. Ticks that
    * were skipped become NaN; ticks that are there already are overwritten.
+   *
+   * @param stride ticks that a sample stands for; above 1, each two of them are extremes
    */
-  write(tick: number, columns: readonly Float32Array[]): void {
-    const count = columns[0]?.length ?? 0;
+  write(tick: number, columns: readonly Float32Array[], stride = 1): void {
+    const count = (columns[0]?.length ?? 0) * stride;
     if (count === 0) return;
     this.version = ++writes;
     const empty = this.end === this.start;
@@ -124,7 +136,8 @@ export class Ring {
     if (tick > this.end) {
       for (const column of this.columns.values()) this.fill(column, this.end, tick);
     }
-    this.store(tick, columns);
+    this.store(tick, stride === 1 ? columns : columns.map((values) => held(values, stride)));
+    if (stride > 1) this.flatten(tick, count, stride);
     this.end = Math.max(this.end, tick + count);
     this.start = Math.max(this.start, this.end - this.capacity);
     if (!this.stale) for (const each of this.computed.values()) this.advance(each);
@@ -224,6 +237,19 @@ export class Ring {
       }
       minimum[bin] = least <= most ? least : Number.NaN;
       maximum[bin] = least <= most ? most : Number.NaN;
+    }
+  }
+
+  /** Makes differences the middle of each bin: their extremes do not follow from extremes. */
+  private flatten(tick: number, count: number, stride: number): void {
+    for (const [{ samples }] of this.differences) {
+      for (let bin = tick; bin < tick + count; bin += 2 * stride) {
+        const first = samples[bin % this.capacity] as number;
+        const second = samples[(bin + stride) % this.capacity] as number;
+        for (let t = bin; t < bin + 2 * stride; t++) {
+          samples[t % this.capacity] = (first + second) / 2;
+        }
+      }
     }
   }
 

@@ -20,20 +20,23 @@ class FakeSocket implements Socket {
   say(message: object): void {
     this.onmessage?.({ data: JSON.stringify(message) } as MessageEvent);
   }
-  hello(tick: number, timeline = 0): void {
-    this.say({ type: 'hello', rate: 2000, session: { tick, timeline } as SessionInfo });
+  hello(tick: number, timeline = 0, names = ''): void {
+    const columns = [...names].map((name) => ({ name, unit: 'm' }));
+    this.say({ type: 'hello', columns, rate: 2000, session: { tick, timeline } as SessionInfo });
   }
-  frame(sequence: number, tick: number, columns: number[][]): void {
+  frame(sequence: number, tick: number, columns: number[][], stride = 1): void {
     const samples = columns[0]?.length ?? 0;
-    const data = new ArrayBuffer(24 + 4 * columns.length * samples);
+    const head = stride > 1 ? 32 : 24;
+    const data = new ArrayBuffer(head + 4 * columns.length * samples);
     const view = new DataView(data);
     [0x50, 0x53, 0x52, 0x4d].forEach((byte, i) => view.setUint8(i, byte));
-    view.setUint16(4, 1, true);
+    view.setUint16(4, stride > 1 ? 2 : 1, true);
+    if (stride > 1) view.setUint32(24, stride, true);
     view.setUint16(6, columns.length, true);
     view.setUint32(8, sequence, true);
     view.setUint32(12, samples, true);
     view.setBigUint64(16, BigInt(tick), true);
-    new Float32Array(data, 24).set(columns.flat());
+    new Float32Array(data, head).set(columns.flat());
     this.onmessage?.({ data } as MessageEvent);
   }
 }
@@ -46,6 +49,7 @@ function setUp(alive = () => Promise.resolve(true)) {
     rate: vi.fn(),
     channels: vi.fn(),
     session: vi.fn(),
+    named: vi.fn(),
     reset: vi.fn(),
     problem: vi.fn(),
   };
@@ -76,10 +80,23 @@ describe('StreamClient', () => {
   beforeEach(() => void vi.useFakeTimers());
   afterEach(() => void vi.useRealTimers());
 
+  it('does without a column that the session has not', () => {
+    const { client, newest } = setUp();
+    newest().hello(0, 0, 'pr');
+    client.subscribe(['p', 'q', 'r']);
+    newest().say(subscribed(0, ['p']));
+    expect(newest().sent.map((each) => (each as { columns: string[] }).columns)).toEqual([
+      ['p'],
+      ['p', 'r'],
+    ]);
+  });
+
   it('subscribes after hello, takes frames in and acknowledges them', () => {
     const { client, newest, states } = setUp();
     newest().hello(0);
-    expect(newest().sent).toEqual([{ type: 'subscribe', columns: ['p', 'q'], from_tick: 0 }]);
+    expect(newest().sent).toEqual([
+      { type: 'subscribe', columns: ['p', 'q'], from_tick: 0, when_behind: 'thin' },
+    ]);
     newest().say(subscribed(0));
     newest().frame(0, 0, [
       [1, 2],
@@ -106,7 +123,9 @@ describe('StreamClient', () => {
     await vi.advanceTimersByTimeAsync(20);
     expect(sockets.length).toBe(2);
     newest().hello(50);
-    expect(newest().sent).toEqual([{ type: 'subscribe', columns: ['p', 'q'], from_tick: 2 }]);
+    expect(newest().sent).toEqual([
+      { type: 'subscribe', columns: ['p', 'q'], from_tick: 2, when_behind: 'thin' },
+    ]);
     newest().say(subscribed(40));
     newest().frame(0, 40, [[5], [6]]);
     expect(client.ring.at('p', 1)).toBe(2);
@@ -126,7 +145,9 @@ describe('StreamClient', () => {
     await vi.advanceTimersByTimeAsync(260);
     newest().hello(50, 1);
     expect(client.ring.end).toBe(0);
-    expect(newest().sent).toEqual([{ type: 'subscribe', columns: ['p', 'q'], from_tick: 0 }]);
+    expect(newest().sent).toEqual([
+      { type: 'subscribe', columns: ['p', 'q'], from_tick: 0, when_behind: 'thin' },
+    ]);
   });
 
   it('waits longer after each failure, and not after success', async () => {
@@ -182,7 +203,9 @@ describe('StreamClient', () => {
     expect([sockets.length, client.connections]).toEqual([2, 2]);
     const [live, late] = sockets as [FakeSocket, FakeSocket];
     late.hello(5);
-    expect(late.sent).toEqual([{ type: 'subscribe', columns: ['p', 'q'], from_tick: 2 }]);
+    expect(late.sent).toEqual([
+      { type: 'subscribe', columns: ['p', 'q'], from_tick: 2, when_behind: 'wait' },
+    ]);
     // Live frames go on meanwhile.
     live.frame(2, 5, [[7], [8]]);
     late.say(subscribed(2));
@@ -191,6 +214,40 @@ describe('StreamClient', () => {
       [40, 50, 6],
     ]);
     expect([2, 3, 4, 5].map((tick) => client.ring.at('p', tick))).toEqual([20, 30, 5, 7]);
+    expect(client.connections).toBe(1);
+  });
+
+  it('draws thinned curves without a gap, and fetches every sample once the line has room', async () => {
+    const { client, newest, sockets } = setUp();
+    newest().hello(0);
+    newest().say(subscribed(0));
+    newest().frame(
+      0,
+      0,
+      [
+        [3, -1],
+        [4, 0],
+      ],
+      4,
+    );
+    newest().say({ type: 'delay', seconds: 0.12 });
+    expect([client.stride, client.delay]).toEqual([4, 0.12]);
+    expect([0, 3, 4, 7].map((tick) => client.ring.at('p', tick))).toEqual([3, 3, -1, -1]);
+    await vi.advanceTimersByTimeAsync(900);
+    newest().frame(1, 8, [[5], [6]]);
+    expect([client.stride, sockets.length]).toEqual([1, 1]);
+    await vi.advanceTimersByTimeAsync(200);
+    const late = newest();
+    late.hello(9);
+    expect(late.sent).toEqual([
+      { type: 'subscribe', columns: ['p', 'q'], from_tick: 0, when_behind: 'wait' },
+    ]);
+    late.say(subscribed(0));
+    late.frame(0, 0, [
+      [0, 1, 2, 3, 2, 1, 0, -1],
+      [4, 3, 2, 1, 0, 1, 2, 3],
+    ]);
+    expect([0, 3, 7].map((tick) => client.ring.at('p', tick))).toEqual([0, 3, -1]);
     expect(client.connections).toBe(1);
   });
 
@@ -218,7 +275,12 @@ describe('StreamClient', () => {
     client.subscribe(['s']);
     expect(newest().sent.length).toBe(1);
     newest().say(subscribed(0));
-    expect(newest().sent.at(-1)).toEqual({ type: 'subscribe', columns: ['s'], from_tick: 0 });
+    expect(newest().sent.at(-1)).toEqual({
+      type: 'subscribe',
+      columns: ['s'],
+      from_tick: 0,
+      when_behind: 'thin',
+    });
     newest().frame(0, 0, [[1], [2]]);
     newest().say(subscribed(0, ['s']));
     newest().frame(1, 0, [[9]]);

@@ -1,8 +1,8 @@
 /**
  * One session's stream: connects, subscribes, acknowledges, and comes back by itself.
  *
- * After a lost connection it requests the ticks from the end of the ring; ticks that the server
- * skipped as the page was slow are fetched later. What the server no longer has stays a gap.
+ * After a lost connection it requests the ticks from the end of the ring. On a slow line curves are
+ * thinned to extremes; ticks that the server thinned or skipped are fetched once the line has room. What the server no longer has stays a gap.
  */
 
 import type { ClientMessage, ServerMessage, SessionInfo } from '../api/types';
@@ -35,6 +35,12 @@ export class Backoff {
   }
 }
 
+/** Who watches: the name that was given, and a key that all streams of the browser have. */
+export interface Person {
+  name: string;
+  key: string;
+}
+
 export type Connection = 'connecting' | 'connected' | 'lost' | 'closed';
 
 export interface StreamEvents {
@@ -44,6 +50,8 @@ export interface StreamEvents {
   /** Everything that can be subscribed to. */
   channels(channels: readonly Channel[]): void;
   session(info: SessionInfo): void;
+  /** The name by which others see who watches here. */
+  named(name: string): void;
   reset(): void;
   problem(detail: string): void;
 }
@@ -74,7 +82,11 @@ export interface StreamOptions {
 export class StreamClient {
   ring: Ring;
   /** Counts since the client was made; who reads them takes differences. */
-  readonly counts = { frames: 0, samples: 0, dropped: 0 };
+  readonly counts = { frames: 0, samples: 0, dropped: 0, bytes: 0 };
+  /** Ticks that a sample of the newest frame stands for: above 1 on a slow line. */
+  stride = 1;
+  /** Longest time from a sample until it was here, lately, s; null before it is known. */
+  delay: number | null = null;
   /** When the newest frame came in, in ms of performance.now(). */
   receivedAt = 0;
   /** When the newest message of any kind came in, ms; null before the first. */
@@ -82,10 +94,13 @@ export class StreamClient {
   private socket: Socket | null = null;
   private timer: ReturnType<typeof setTimeout> | null = null;
   private subscription: readonly string[] = [];
+  /** Columns that the session has. */
+  private known: ReadonlySet<string> = new Set();
   private computed: readonly Computed[] = [];
   /** What the frames now coming in consist of; null until the server has confirmed. */
   private confirmed: readonly string[] | null = null;
   private pending: readonly string[] | null = null;
+  private person: Person | null = null;
   private closed = false;
   private greeted = false;
   private capacity = 0;
@@ -124,10 +139,23 @@ export class StreamClient {
 
   /** Asks for other columns; samples that the server still holds come again with them. */
   subscribe(columns: readonly string[]): void {
-    const same = columns.join() === this.subscription.join();
+    const before = this.available.join();
     this.subscription = columns;
+    const same = before === this.available.join();
     // One request at a time: a newer one is sent after the answer.
-    if (this.greeted && !same && this.pending === null) this.send();
+    if (this.greeted && !same && this.pending === null && this.available.length > 0) this.send();
+  }
+
+  /** What there is of the subscription: one unknown column must not cost all others. */
+  private get available(): readonly string[] {
+    const { known, subscription } = this;
+    return known.size === 0 ? subscription : subscription.filter((column) => known.has(column));
+  }
+
+  /** Says who watches, now and after each further connection. */
+  introduce(person: Person): void {
+    this.person = person;
+    if (this.greeted) this.say({ type: 'person', ...person });
   }
 
   /** Columns to compute from those that come. */
@@ -161,6 +189,7 @@ export class StreamClient {
   private open(): void {
     const socket = this.newSocket();
     this.socket = socket;
+    this.delay = null;
     this.greeted = false;
     this.confirmed = null;
     this.pending = null;
@@ -198,11 +227,11 @@ export class StreamClient {
   }
 
   private send(): void {
-    const columns = this.subscription;
+    const columns = this.available;
     this.pending = columns;
     const resumes = this.matches(columns) && this.ring.end > this.ring.start;
     const from_tick = resumes ? this.ring.end : this.ring.start;
-    this.say({ type: 'subscribe', columns: [...columns], from_tick });
+    this.say({ type: 'subscribe', columns: [...columns], from_tick, when_behind: 'thin' });
   }
 
   private say(message: ClientMessage): void {
@@ -222,11 +251,13 @@ export class StreamClient {
         this.capacity = capacityFor(this.options.seconds, message.rate);
         this.events.rate(message.rate);
         this.events.channels(message.columns);
+        this.known = new Set(message.columns.map(({ name }) => name));
         this.events.session(message.session);
         // The session may have been reset while disconnected.
         if (message.session.timeline !== this.timeline) this.clear();
         this.timeline = message.session.timeline;
-        if (this.subscription.length > 0) this.send();
+        if (this.person) this.introduce(this.person);
+        if (this.available.length > 0) this.send();
         break;
       case 'subscribed': {
         const columns = this.pending;
@@ -242,12 +273,18 @@ export class StreamClient {
         this.backfill.resume();
         this.confirmed = columns;
         this.pending = null;
-        if (this.subscription.join() !== columns.join()) this.send();
+        if (this.available.join() !== columns.join()) this.send();
         break;
       }
+      case 'named':
+        this.events.named(message.name);
+        break;
       case 'gap':
         this.counts.dropped += message.frames;
         this.backfill.skipped(message.from_tick, message.to_tick, this.timeline);
+        break;
+      case 'delay':
+        this.delay = message.seconds;
         break;
       case 'session':
         this.timeline = message.session.timeline;
@@ -275,9 +312,14 @@ export class StreamClient {
     const frame = decodeFrame(data);
     this.say({ type: 'ack', sequence: frame.sequence });
     if (!this.confirmed || frame.columns.length !== this.ring.names.length) return;
-    this.ring.write(frame.tick, frame.columns);
+    const { tick, samples, stride } = frame;
+    this.ring.write(tick, frame.columns, stride);
+    // What comes at rest fills bins of its own, shorter ones.
+    if (stride > 1) this.backfill.skipped(tick, tick + samples * stride, this.timeline);
+    this.stride = stride;
     this.counts.frames += 1;
-    this.counts.samples += frame.samples;
+    this.counts.samples += samples;
+    this.counts.bytes += data.byteLength;
     this.receivedAt = this.now();
   }
 }

@@ -30,6 +30,7 @@ const shipped = {
 /** Two rows: k_p, and one that a table decides. */
 const code: LaneCode = {
   MODEL: 'abc',
+  LAWS: { off: {}, lugre: {}, 'residual-k': {} },
   STATES: ['plant.p'],
   PARAMETERS: ['force_model.sharing.law', 'k_p'],
   CLOSED_FORM: 0,
@@ -45,7 +46,7 @@ const code: LaneCode = {
 };
 
 const law = {
-  choices: ['off', 'lugre', 'residual-k'].map((value) => ({ value })),
+  choices: ['off', 'lugre', 'residual-k', 'mine'].map((value) => ({ value })),
 };
 const gain = { unit: '1/s', bounds: { minimum: 0 } };
 const fields = {
@@ -93,6 +94,7 @@ describe('lanes of a changed scenario', () => {
     { 'plant.x.unheard': 1 },
     { 'plant.x.mass': 'heavy' },
     { 'variants.A.controller.compensation.law': 'unheard' },
+    { 'variants.B.controller.compensation.law': 'mine' },
   ])('are the server’s where the page lacks something: %o', (set) => {
     expect(() => changed(set as Changes)).toThrow(Beyond);
   });

@@ -40,6 +40,9 @@ export function changedLanes(
   if (code.MODEL !== lanes.result.model) throw new Beyond('the server has another version');
   const changes = differences(before, changed);
   checkReach(before, changed, changes);
+  for (const law of lawsOf(changed)) {
+    if (!Object.hasOwn(code.LAWS, law)) throw new Beyond(`the law ${law} is not known here`);
+  }
   refuse(code, changed, changes);
   const numbers = withRows(code, lanes, before, changed);
   const variants = Object.keys(changed.variants).length;
@@ -80,6 +83,11 @@ function checkReach(
   if (changes.length > 0 && law === 'time_optimal' && !planned_for) {
     throw new Beyond('the motion is planned for the motor');
   }
+}
+
+/** The laws that variants have at 0 s; what a schedule changes stays as the server made it. */
+function lawsOf({ variants }: Scenario): string[] {
+  return Object.values(variants).map(({ controller }) => controller.compensation.law);
 }
 
 function hasTable(scenario: Scenario, owner: string): boolean {

@@ -33,7 +33,7 @@ function whatIfOf(run: (k_p: number) => Promise<Preview>, serverTakes = 20) {
   };
   const refused = vi.fn();
   const whatif = new WhatIf(api as unknown as Api, refused, kernel as unknown as PageKernel);
-  return { whatif, requests, refused, kernel };
+  return { whatif, requests, refused, kernel, api };
 }
 
 const begin = (whatif: WhatIf) => whatif.answer?.begin;
@@ -63,6 +63,19 @@ it('an exact result that comes while the hand moves again is too late', async ()
   expect(begin(whatif)).toBe(2);
   await vi.advanceTimersByTimeAsync(100);
   expect([begin(whatif), whatif.standing]).toEqual([2, 'preview']);
+});
+
+it('a refusal that comes after a newer question does not cost its answer', async () => {
+  const { whatif, api } = whatIfOf((k_p) => later(500, preview(k_p)));
+  api.whatif.mockImplementationOnce(async () => {
+    await later(100, null);
+    throw new ApiError({ title: '', status: 422, detail: 'no', errors: [] }, null);
+  });
+  whatif.ask(question(1));
+  await vi.advanceTimersByTimeAsync(250);
+  whatif.ask(question(2));
+  await vi.advanceTimersByTimeAsync(1000);
+  expect([begin(whatif), whatif.standing]).toEqual([-2, 'exact']);
 });
 
 it('a preview slower than the exact result is too late', async () => {

@@ -5,7 +5,8 @@ import { ApiError, type Api } from '../api/client';
 import type { Changes, ProblemField, Scenario } from '../api/types';
 import { errorText } from '../error-text';
 import { LatestWins } from '../latest-wins';
-import { within, SeenCurves } from '../runs/run-range';
+import { lineRate } from '../line-rate';
+import { within, SeenCurves } from '../runs/seen-curves';
 import { Backoff } from '../stream/stream-client';
 import { type Preview, readAnswer } from '../api/curves-answer';
 import type { PageKernel } from './page-kernel';
@@ -20,6 +21,11 @@ const FINE_LEAST = 4000;
 const EVERY = 500_000;
 /** Most numbers of an answer that curves are worth, over all of them. */
 const NUMBERS = 1e6;
+/** Time that the curves of an answer may take on the line, s, and bins that they have anyway. */
+const CARRIED = 2;
+const CARRIED_LEAST = 250;
+/** A newer question ends one that has taken so long, ms: on a slow line an answer takes its time. */
+const GIVEN_UP = 1000;
 /** So long after the last question it counts as the last, ms. */
 const REST = 200;
 const TIMEOUT = 60_000;
@@ -82,6 +88,9 @@ export class WhatIf {
   private rest: ReturnType<typeof setTimeout> | null = null;
   private again: ReturnType<typeof setTimeout> | null = null;
   private readonly backoff = new Backoff(AGAIN.first, AGAIN.longest);
+
+  /** The request under way, and since when, ms. */
+  private asking: { begin: number; abort: AbortController } | null = null;
 
   constructor(
     private readonly api: Api,
@@ -168,6 +177,8 @@ export class WhatIf {
     if (this.again !== null) clearTimeout(this.again);
     this.again = null;
     (this.alone ? this.own : this.queue).push(job);
+    const { asking } = this;
+    if (asking && performance.now() - asking.begin > GIVEN_UP) asking.abort.abort();
   }
 
   /** Has the page compute; the server does where the page cannot. */
@@ -211,8 +222,10 @@ export class WhatIf {
   /** What to compute of a job: the stretch of time, and how finely. */
   private detailOf({ question, what, range }: Job): [range: Range | null, points: number] {
     if (what === 'preview') return [range, COARSE];
-    const most = Math.max(FINE_LEAST, Math.floor(NUMBERS / (2 * question.columns.length)));
-    return [what === 'whole' ? { from: 0, to: LATEST } : range, Math.min(FINE, most)];
+    const numbers = 2 * question.columns.length;
+    const most = Math.max(FINE_LEAST, Math.floor(NUMBERS / numbers));
+    const carried = Math.max(CARRIED_LEAST, Math.floor((CARRIED * lineRate()) / (4 * numbers)));
+    return [what === 'whole' ? { from: 0, to: LATEST } : range, Math.min(FINE, most, carried)];
   }
 
   /** Reads finer curves of a part in the page. */
@@ -243,8 +256,10 @@ export class WhatIf {
   private async run(job: Job): Promise<void> {
     const { question, turn, what } = job;
     const begin = performance.now();
+    const abort = new AbortController();
+    this.asking = { begin, abort };
     try {
-      const signal = AbortSignal.timeout(TIMEOUT);
+      const signal = AbortSignal.any([AbortSignal.timeout(TIMEOUT), abort.signal]);
       const [from, points] = this.detailOf(job);
       const stretch = stretchOf(from);
       const exact = what !== 'preview';
@@ -263,7 +278,7 @@ export class WhatIf {
       this.refused([], '');
     } catch (error) {
       // A newer question is on its way; its answer counts.
-      if (this.queue.superseded || turn < this.shown) return;
+      if (this.queue.superseded || turn < this.turn) return;
       if (error instanceof ApiError && error.transient) {
         this.standing = what === 'part' ? this.standing : 'retrying';
         this.reason = error.message;
@@ -272,6 +287,8 @@ export class WhatIf {
         return;
       }
       if (what !== 'part') this.fail(error);
+    } finally {
+      this.asking = null;
     }
   }
 

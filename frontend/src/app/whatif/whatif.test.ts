@@ -3,6 +3,7 @@ import { StillSource } from '../../plot/source';
 import { ApiError, UNREACHABLE, type Api } from '../api/client';
 import type { Scenario } from '../api/types';
 import { readAnswer } from '../api/curves-answer';
+import { noteTransfer } from '../line-rate';
 import { WhatIf } from './whatif.svelte';
 
 vi.mock('../api/curves-answer', () => ({ readAnswer: vi.fn() }));
@@ -105,6 +106,45 @@ it('a stretch that was looked at is not asked for again', async () => {
   await vi.advanceTimersByTimeAsync(10);
   expect(whatif.over(close)).toBe(part);
   expect(requests.length).toBe(3);
+});
+
+it('a question does not wait for the answer to an older one that is long on its way', async () => {
+  const sent: [number, AbortSignal][] = [];
+  const api = {
+    whatif: vi.fn(({ set }: { set: { k_p: number } }, signal: AbortSignal) => {
+      sent.push([set.k_p, signal]);
+      if (set.k_p > 1) return Promise.resolve(new ArrayBuffer(0));
+      return new Promise((_, reject) => {
+        signal.addEventListener('abort', () => reject(refusal(UNREACHABLE)));
+      });
+    }),
+  };
+  const whatif = new WhatIf(api as unknown as Api, vi.fn());
+  whatif.ask(question(1));
+  await vi.advanceTimersByTimeAsync(900);
+  expect(sent[0]?.[1].aborted).toBe(false);
+  await vi.advanceTimersByTimeAsync(2000);
+  whatif.ask(question(2));
+  expect(sent[0]?.[1].aborted).toBe(true);
+  await vi.advanceTimersByTimeAsync(1000);
+  expect(sent.map(([k_p]) => k_p)).toEqual([1, 2, 2]);
+  expect(whatif.standing).toBe('exact');
+});
+
+it('over a slow line the curves of the exact result are coarser', async () => {
+  const { whatif, requests } = answering();
+  const pointsAfter = async (name: string, bytes: number) => {
+    noteTransfer(`http://lab${name}`, bytes, 1000);
+    whatif.ask({ ...question(1), columns: Array<string>(20).fill('A.x.thrust') });
+    await vi.advanceTimersByTimeAsync(1000);
+    return requests.at(-1)?.[1];
+  };
+  expect(await pointsAfter('/assets/index.js', 80_000)).toBe(1000);
+  expect(await pointsAfter('/api/v1/whatif', 20_000)).toBe(250);
+  // Neither what waits for something nor what is too short says how fast the line is.
+  expect(await pointsAfter('/api/v1/jobs', 80_000)).toBe(250);
+  expect(await pointsAfter('/api/v1/whatif', 5000)).toBe(250);
+  expect(await pointsAfter('/api/v1/whatif', 50_000_000)).toBe(20_000);
 });
 
 it('a what-if that is refused is not asked again', async () => {

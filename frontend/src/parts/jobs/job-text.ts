@@ -1,6 +1,7 @@
 /** Duration, time of request and failure of a job, in words. */
 
-import type { JobReport } from '../../app/api/types';
+import type { JobKind, JobReport, JobState } from '../../app/api/types';
+import type { Screen } from '../../app/screen.svelte';
 
 const MINUTE = 60;
 
@@ -22,6 +23,68 @@ export function moment(iso: string, now = new Date()): string {
   const today = date.toDateString() === now.toDateString();
   return today ? time : `${date.toLocaleDateString('en-GB')} ${time}`;
 }
+
+/** Writes a day in the reader's time. */
+export function day(iso: string): string {
+  return new Date(iso).toLocaleDateString('en-GB', {
+    day: 'numeric',
+    month: 'long',
+    year: 'numeric',
+  });
+}
+
+/** Where a result came from: of a shipped one its version and day, else when it was asked for. */
+export function originOf({
+  shipped,
+  version,
+  created,
+  elapsed,
+}: Pick<JobReport, 'shipped' | 'version' | 'created' | 'elapsed'>): string {
+  return shipped
+    ? `Shipped with ${version ?? ''}, computed on ${day(created)}`
+    : `${moment(created)}, took ${duration(elapsed)}`;
+}
+
+const WAITS: Readonly<Record<NonNullable<JobState['waits_for']>, string>> = {
+  server: 'waits for the server to start',
+  jobs: 'waits for other jobs to end',
+  kernels: 'waits for code that is compiled, once on this machine',
+  memory: 'waits for memory that runs and sessions hold',
+};
+
+/** Says how far a job is that waits or runs. */
+export function progressOf({
+  state,
+  progress,
+  remaining,
+  waits_for,
+}: Pick<JobState, 'state' | 'progress' | 'remaining' | 'waits_for'>): string {
+  if (state === 'queued') return WAITS[waits_for ?? 'jobs'];
+  const percent = `${Math.floor(100 * progress).toString()}\u00a0%`;
+  if (remaining === null) return percent;
+  return `${percent}, ${remaining < 1 ? '' : 'about '}${duration(remaining)} left`;
+}
+
+/** What a kind of job is called, and where its result is shown. */
+interface Place {
+  name: string;
+  screen: Screen;
+  /** What the address of the screen says besides. */
+  parameters?: Readonly<Record<string, string>>;
+}
+
+export const PLACES: Readonly<Record<JobKind, Place>> = {
+  identify: { name: 'Identification', screen: 'identify' },
+  tune: { name: 'Search for gains', screen: 'tune' },
+  landscape: { name: 'Map of the cost', screen: 'tune' },
+  'frequency-sweep': { name: 'Swept loop', screen: 'tune' },
+  'monte-carlo': { name: 'Monte Carlo', screen: 'lab' },
+  sweep: { name: 'Sweep', screen: 'sweep' },
+  map: { name: 'Force map', screen: 'motor', parameters: { tab: 'maps' } },
+  reproduce: { name: 'Reproduction', screen: 'paper' },
+  simulate: { name: 'Simulation', screen: 'runs' },
+  replay: { name: 'Check of a run', screen: 'runs' },
+};
 
 /** Returns why there is no result: "failed. The motor diverged"; null where nothing went wrong. */
 export function trouble({ state, error }: Pick<JobReport, 'state' | 'error'>): string | null {

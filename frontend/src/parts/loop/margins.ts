@@ -1,16 +1,16 @@
 /** Margins as text, and whether they hold their limits. */
 
-import { digits } from '../../ui/units';
+import { decibels, degrees, digits } from '../../ui/units';
 import type { LoopOfAxis } from '../../kernel/loops';
 import type { MarginName } from './loops.svelte';
 
 /** A gain margin in decibels; one that is infinite, because nothing crosses, as such. */
 export function inDecibels(factor: number | null): string {
-  return factor === null ? '∞' : digits(20 * Math.log10(factor));
+  return factor === null ? '∞' : digits(decibels(factor));
 }
 
 export function inDegrees(rad: number | null): string {
-  return rad === null ? '–' : digits((rad * 180) / Math.PI);
+  return rad === null ? '–' : digits(degrees(rad));
 }
 
 export interface MarginCell {
@@ -28,6 +28,26 @@ export interface MarginCell {
   /** The limit as text: `at least 6 dB`; empty where there is none. */
   limitText: string;
   holds: boolean;
+  /** How far it is from its limit, as a share of that: below zero beyond it, infinite without one. */
+  reserve: number;
+  /** Whether it holds its limit well, only just, or not. */
+  state: 'good' | 'warn' | 'bad';
+}
+
+/** A margin with less in reserve than this share of its limit holds only just. */
+const CLOSE = 0.1;
+
+function judged(reserve: number): Pick<MarginCell, 'holds' | 'reserve' | 'state'> {
+  return {
+    holds: reserve >= 0,
+    reserve,
+    state: reserve < 0 ? 'bad' : reserve < CLOSE ? 'warn' : 'good',
+  };
+}
+
+/** What is in reserve of a value that may not be less than its least; both in the unit that is read. */
+function above(value: number | null, least: number | null): number {
+  return value === null || least === null ? Number.POSITIVE_INFINITY : value / least - 1;
 }
 
 const clamp = (value: number) => Math.min(1, Math.max(0, value));
@@ -70,7 +90,7 @@ export function marginCells(
       share: gain === null ? 1 : clamp(decibels(gain) / 18),
       limitShare: least === null ? null : clamp(decibels(least) / 18),
       limitText: least === null ? '' : `at least ${inDecibels(least)} dB`,
-      holds: least === null || gain === null || gain >= least,
+      ...judged(above(gain && decibels(gain), least && decibels(least))),
     },
     {
       name: 'phase_margin',
@@ -81,7 +101,7 @@ export function marginCells(
       share: phase === null ? 1 : clamp(degrees(phase) / 90),
       limitShare: angle === null ? null : clamp(degrees(angle) / 90),
       limitText: angle === null ? '' : `at least ${inDegrees(angle)}°`,
-      holds: angle === null || phase === null || phase >= angle,
+      ...judged(above(phase, angle)),
     },
     {
       name: 'Ms',
@@ -92,10 +112,7 @@ export function marginCells(
       share: Ms === null ? 1 : clamp((Ms - 1) / 3),
       limitShare: most === null ? null : clamp((most - 1) / 3),
       limitText: most === null ? '' : `at most ${digits(most)}`,
-      holds: most === null || (Ms !== null && Ms <= most),
+      ...judged(most === null ? Number.POSITIVE_INFINITY : Ms === null ? -1 : 1 - Ms / most),
     },
   ];
 }
-
-const decibels = (factor: number) => 20 * Math.log10(factor);
-const degrees = (rad: number) => (rad * 180) / Math.PI;

@@ -17,6 +17,10 @@ export interface MetricRow {
   unit: string;
   meaning: string;
   main: boolean;
+  /** Of which axis; empty of what is of both. */
+  axis: Axis | '';
+  /** Whether it is of the following error, of which one can ask why. */
+  following: boolean;
   values: string[];
   numbers: readonly number[];
   /** Second variant against the first, a share; null where there is no such figure. */
@@ -98,6 +102,8 @@ function row({ definition, axis, numbers }: Line, scale: Scale): MetricRow {
     unit: scale.unit,
     meaning: pretty(definition.meaning),
     main: definition.rank === 'main',
+    axis,
+    following: definition.scale === 'following',
     values: numbers.map((value) => among(value, scale)),
     numbers,
     change,

@@ -37,6 +37,11 @@ export class OverlaidRun implements Placed {
     return this.run?.name ?? this.id;
   }
 
+  /** Whether a person wrote it; an id stands as it is too. */
+  get named(): boolean {
+    return this.run?.named ?? true;
+  }
+
   get problem(): string {
     return this.refused || (this.curves?.problem ?? '');
   }

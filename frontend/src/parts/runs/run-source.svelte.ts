@@ -15,8 +15,8 @@ import {
   toRead,
   wholeOf,
   type Reading,
-  SeenCurves,
 } from '../../app/runs/run-range';
+import { SeenCurves } from '../../app/runs/seen-curves';
 import { runWindow } from './runs-api';
 
 /** What is near is read once nothing has been asked for so long, ms. */

@@ -3,18 +3,19 @@ import { ApiError } from '../../app/api/client';
 import type { Run, RunEvent } from '../../app/api/types';
 import {
   differing,
-  durationText,
   eventText,
   markText,
   searchProblem,
   sizeText,
   evictedText,
   stopText,
+  stopWord,
   storageText,
   summary,
   timeOf,
   whenText,
 } from './run-text';
+import { durationText } from '../../ui/units';
 
 const at = (...parts: [number, number, number, number, number]) =>
   new Date(...parts).getTime() / 1000;
@@ -31,8 +32,10 @@ it('events of a run whose beginning has gone are timed from its first sample', (
 });
 
 it('says what stopped a run, with its symbols', () => {
-  expect(stopText('STOP')).toBe('Stopped by STOP');
-  expect(stopText('fault of drive 3, 40 um off')).toBe('Stopped: fault of drive 3, 40 µm off');
+  expect(stopText({ stopped: 'STOP', stopped_at: 4.2 })).toBe('Stopped at 4.2 s by STOP');
+  const fault = { stopped: 'drive 3, 40 um off', stopped_at: null };
+  expect(stopText(fault)).toBe('Fault: drive 3, 40 µm off');
+  expect(stopWord({ ...fault, stopped_at: 12 })).toBe('fault at 12.0 s');
 });
 
 it('today is relative, yesterday has its time, what is older its date', () => {
@@ -71,10 +74,25 @@ it('events are words with units', () => {
   const set = { 'plant.x.mass': 6 };
   const change = event({ kind: 'change', set, previous: { 'plant.x.mass': 5 } });
   expect(eventText(change, 0.0005)).toBe('plant x mass 5 → 6 kg');
+  expect(eventText({ ...change, by: 'Anna', undo: true }, 0.0005)).toBe(
+    'undo: plant x mass 5 → 6 kg, by Anna',
+  );
+  const stop = event({ kind: 'stop', by: 'Guest 2', reason: '' });
+  expect(eventText(stop, 0.0005)).toBe('stopped by Guest 2');
   const push = event({ kind: 'push', axis: 'x', force: 20, ticks: 100 });
   expect(eventText(push, 0.0005)).toBe('push x, 20.0 N for 50.0 ms');
   const gap = event({ kind: 'gap', ticks: 1000, reason: 'the disk was full' });
   expect(eventText(gap, 0.0005)).toBe('0.500 s are missing: the disk was full');
+  const clock = (['play', 'pause', 'speed', 'reset'] as const).map((kind) => {
+    const speed = kind === 'play' || kind === 'speed' ? 2 : null;
+    return eventText(event({ kind, by: 'Anna', speed }), 0.0005);
+  });
+  expect(clock).toEqual([
+    'play at 2 ×, by Anna',
+    'paused by Anna',
+    'speed 2 ×, by Anna',
+    'reset by Anna',
+  ]);
   expect([change, push, gap].map(markText)).toEqual(['plant x mass', 'push x', 'gap']);
 });
 

@@ -11,9 +11,18 @@ import type {
   Value,
 } from '../../app/api/types';
 import { errorText } from '../../app/error-text';
+import { lawText } from '../../app/session/law-text';
 import { fieldOf, nameOf, show } from '../../app/fields/fields.svelte';
-import { digits, minus, pretty, prettyUnit } from '../../ui/units';
+import { digits, durationText, minus, pretty, prettyUnit, speedText } from '../../ui/units';
 
+const STOP = 'STOP';
+/** Kinds of which there is no more to say than who did it. */
+const DONE: Record<string, string> = {
+  [STOP]: 'stopped',
+  play: 'played',
+  pause: 'paused',
+  reset: 'reset',
+};
 const MINUTE = 60;
 const HOUR = 3600;
 const DAY = 24 * HOUR;
@@ -56,11 +65,9 @@ export function instantText(then: number): string {
   });
 }
 
-/** Writes a length of time: 12.5 s, 4 min 3 s. */
-export function durationText(seconds: number): string {
-  if (seconds < 2 * MINUTE) return `${digits(seconds, 3)} s`;
-  const whole = Math.round(seconds);
-  return `${Math.floor(whole / MINUTE)} min ${whole % MINUTE} s`;
+/** The time of day to the second: 14:03:22. */
+export function clockText(then: number): string {
+  return new Date(then * 1000).toLocaleTimeString('en-GB');
 }
 
 export function sizeText(bytes: number): string {
@@ -82,9 +89,19 @@ export function differing({ path, shipped, value }: RunDifference): Differing {
   return { name: nameOf(path), text: `${of(shipped)} → ${of(value)} ${unit}`.trimEnd() };
 }
 
-/** What stopped a run, where the server names it. */
-export function stopText(stopped: string): string {
-  return stopped === 'STOP' ? 'Stopped by STOP' : `Stopped: ${pretty(stopped)}`;
+type Stop = Pick<Run, 'stopped' | 'stopped_at'>;
+
+/** How a run ended early, beside its name: `stopped at 4.2 s`, `fault at 4.2 s`. */
+export function stopWord({ stopped, stopped_at: at }: Stop): string {
+  const when = at === null || at === undefined ? '' : ` at ${at.toFixed(1)} s`;
+  return `${stopped === 'STOP' ? 'stopped' : 'fault'}${when}`;
+}
+
+/** The same with its cause. */
+export function stopText(run: Stop): string {
+  const word = stopWord(run);
+  const cause = run.stopped === 'STOP' ? ' by STOP' : `: ${pretty(run.stopped)}`;
+  return `${word.charAt(0).toUpperCase()}${word.slice(1)}${cause}`;
 }
 
 /** What stands below the name of a run; `own` where no scenario of its name is shipped. */
@@ -93,7 +110,7 @@ export function summary(run: Run, own: boolean): string {
   if (run.kind === 'measurement') return 'measured';
   if (run.differences.length > 0) return '';
   if (own) return `${run.scenario}, a scenario of its own`;
-  return run.name === run.scenario ? 'as shipped' : `as shipped: ${run.scenario}`;
+  return run.name.includes(run.scenario) ? 'as shipped' : `as shipped: ${run.scenario}`;
 }
 
 /** What stands below the name of a run beside a baseline, `against` being what was set differently. */
@@ -114,6 +131,13 @@ export function timeOf(
 
 /** What happened, in a sentence without its time. */
 export function eventText(event: RunEvent, period: number): string {
+  const what = `${event.undo ? 'undo: ' : ''}${whatText(event, period)}`;
+  if (!event.by) return what;
+  const done = DONE[what];
+  return done ? `${done} by ${event.by}` : `${what}, by ${event.by}`;
+}
+
+function whatText(event: RunEvent, period: number): string {
   switch (event.kind) {
     case 'change':
       return Object.entries(event.set ?? {})
@@ -128,7 +152,16 @@ export function eventText(event: RunEvent, period: number): string {
       return `push ${event.axis}, ${digits(event.force ?? 0, 3)} N for ${long} ms`;
     }
     case 'stop':
-      return event.reason ? `stopped: ${pretty(event.reason)}` : 'STOP';
+      return event.reason ? `stopped: ${pretty(event.reason)}` : STOP;
+    case 'play':
+      return typeof event.speed === 'number' ? `play at ${speedText(event.speed)}` : 'play';
+    case 'speed':
+      return `speed ${speedText(event.speed ?? 1)}`;
+    case 'pause':
+    case 'reset':
+      return event.kind;
+    case 'law':
+      return lawText(event);
     case 'gap': {
       const reason = event.reason === '' ? '' : `: ${pretty(event.reason)}`;
       return `${digits((event.ticks ?? 0) * period, 3)} s are missing${reason}`;
@@ -139,7 +172,8 @@ export function eventText(event: RunEvent, period: number): string {
 /** What fits beside a mark on the time axis. */
 export function markText(event: RunEvent): string {
   if (event.kind === 'push') return `push ${event.axis}`;
-  if (event.kind !== 'change') return event.kind === 'stop' ? 'STOP' : 'gap';
+  if (event.kind === 'law') return `law ${event.law}`;
+  if (event.kind !== 'change') return event.kind === 'stop' ? STOP : event.kind;
   const [first = '', ...rest] = Object.keys(event.set ?? {}).map((path) =>
     nameOf(path).replace('_', ''),
   );

@@ -24,6 +24,8 @@ const { api } = app;
 const of = (run_id: string) => ({ path: { run_id } });
 
 export const listRuns = (query: ListRequest) => api.json('get', '/runs', { query });
+export const runHistogram = (q: string, metric: string) =>
+  api.json('get', '/runs/histogram', { query: { q, metric } });
 export const runStorage = () => api.json('get', '/runs/storage', {});
 export async function getRun(id: string) {
   const run = await api.json('get', '/runs/{run_id}', of(id));

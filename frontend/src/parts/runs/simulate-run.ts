@@ -5,6 +5,7 @@ import { messages } from '../../app/messages.svelte';
 import { app } from '../../app/store.svelte';
 import { asItRan } from './as-it-ran';
 import { screen } from '../../app/screen.svelte';
+import { changeRun, listRuns } from './runs-api';
 
 /**
  * Simulates the scenario of a run, with the changes that were made while it ran.
@@ -22,13 +23,28 @@ export async function simulateRun(run: RunDetail, motor = ''): Promise<string | 
       scenario,
       set: motor === '' ? set : { ...set, plant: motor },
       keep: true,
-      name: `${run.name.slice(0, 40)}, ${how}`,
+      name: `${run.name.slice(0, 80)}, ${how}`,
     };
     const answer = await app.api.json('post', '/simulate', { body });
-    if ('run' in answer && answer.run) made = answer.run;
-    else messages.info(`It takes long: Runs has “${body.name}” when it is done.`);
+    if ('run' in answer && answer.run) {
+      made = answer.run;
+      await changeRun(made, { note: noteOf(run.id, motor) });
+    } else messages.info(`It takes long: Runs has “${body.name}” when it is done.`);
   });
   return made;
+}
+
+/** The note of a simulation, by which it is recognised. */
+export function noteOf(run: string, motor = ''): string {
+  return `Simulation of ${run}${motor === '' ? '' : ` with ${motor}`}.`;
+}
+
+/** Returns the latest simulation of a run with its own motor; null where there is none. */
+export async function simulationOf(run: string): Promise<string | null> {
+  const note = noteOf(run);
+  const q = `kind:simulation "${note}"`;
+  const { runs } = await listRuns({ q, sort: '-created', limit: 20 });
+  return runs.find((each) => each.note.startsWith(note))?.id ?? null;
 }
 
 /** The channel in which a run and its simulation are looked at first. */

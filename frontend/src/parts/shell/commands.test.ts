@@ -42,3 +42,9 @@ test('keys that do one thing are commands', () => {
   commands[0]?.run();
   expect(play).toHaveBeenCalledOnce();
 });
+
+test('a view stands above what only has the word in its hint', () => {
+  const hint = { ...command('Window function: Hann', 'Views'), about: 'of the fft' };
+  const view = { ...command('Spectrum: spectral density', 'view'), about: 'fft psd' };
+  expect(matching([hint, view], 'fft')).toEqual([view, hint]);
+});

@@ -2,6 +2,7 @@
 
 import { focusPart } from '../../ui/focus';
 import type { KeyTable } from './keyboard.svelte';
+import { panels } from './panels';
 
 export interface Command {
   name: string;
@@ -88,7 +89,15 @@ export function ofKeys(table: KeyTable, actions: Record<string, () => void>): Co
   });
 }
 
-/** Returns those in which every word that was typed occurs; those that begin with the first word first. */
+/** How far up a command stands: named so, a view or screen of such words, a word of its name, the rest. */
+function rank({ name, place, about = '' }: Command, first: string): number {
+  const [title, words] = [name.toLowerCase(), about.toLowerCase().split(' ')];
+  if (title.startsWith(first)) return 0;
+  if (first !== '' && (place === 'view' || place === 'screen') && words.includes(first)) return 1;
+  return title.split(/[\s,:]+/).some((word) => word.startsWith(first)) ? 2 : 3;
+}
+
+/** Returns those in which every word that was typed occurs, the nearest first. */
 export function matching(commands: readonly Command[], typed: string): Command[] {
   const words = typed.toLowerCase().split(/\s+/).filter(Boolean);
   const [first = ''] = words;
@@ -96,26 +105,5 @@ export function matching(commands: readonly Command[], typed: string): Command[]
     const text = `${name} ${place} ${about}`.toLowerCase();
     return words.every((word) => text.includes(word));
   });
-  const rank = ({ name }: Command) => (name.toLowerCase().startsWith(first) ? 0 : 1);
-  return matches.sort((a, b) => rank(a) - rank(b));
-}
-
-const PANELS = 'main section[aria-label], main > [aria-label], dialog[open], .message';
-
-/** Returns the panels that are shown, in their order; none within another. */
-export function panels(root: ParentNode): HTMLElement[] {
-  return [...root.querySelectorAll<HTMLElement>(PANELS)].filter(
-    (panel) =>
-      !panel.parentElement?.closest(PANELS) && !panel.closest('[inert]') && panel.checkVisibility(),
-  );
-}
-
-/** Gives the focus to the next panel, or to the one before. */
-export function nextPanel(way: 1 | -1): void {
-  const all = panels(document);
-  const at = document.activeElement;
-  const inside = all.findIndex((panel) => panel.contains(at));
-  const from = inside < 0 && way < 0 ? 0 : inside;
-  const next = all.at((from + way) % all.length);
-  if (next) focusPart(next);
+  return matches.sort((a, b) => rank(a, first) - rank(b, first));
 }

@@ -7,20 +7,6 @@ export interface KeyTable {
   keys: readonly { keys: string; does: string }[];
 }
 
-export const COMMON: KeyTable = {
-  title: 'Everywhere',
-  keys: [
-    {
-      keys: 'Esc',
-      does: 'STOP: ramp to rest, then currents to zero; an open sheet or menu closes first',
-    },
-    { keys: 'Ctrl+K', does: 'Find a screen, a panel, a control, a channel by typing' },
-    { keys: 'F6', does: 'Next panel, sheet or notice, with shift the one before' },
-    { keys: 't', does: 'Light or dark' },
-    { keys: '?', does: 'This sheet' },
-  ],
-};
-
 /** Whether the control that has the focus uses a key itself; it may be of another document. */
 export function takesKey({ key, target }: KeyboardEvent): boolean {
   if (target === null || !('matches' in target)) return false;
@@ -29,6 +15,9 @@ export function takesKey({ key, target }: KeyboardEvent): boolean {
   // A link does nothing on space.
   return key === ' ' && control.matches('button, summary, input[type=checkbox]');
 }
+
+/** Keys that act on the motor once, however long they are held. */
+const ONCE: ReadonlySet<string> = new Set([' ', 'a', 'l', 'r', 'u', 'w']);
 
 /** Handles a key of the whole page by its action; fields and buttons keep the keys that are theirs. */
 export function onKey(event: KeyboardEvent, actions: Record<string, () => void>): void {
@@ -52,7 +41,7 @@ export function onKey(event: KeyboardEvent, actions: Record<string, () => void>)
   const action = actions[event.key];
   if (!action) return;
   event.preventDefault();
-  action();
+  if (!(event.repeat && ONCE.has(event.key))) action();
 }
 
 /** Keys of the screen that is shown. */

@@ -1,8 +1,10 @@
 import { expect, test } from 'vitest';
 import {
   facts,
+  namesOf,
   peakMarks,
   peakRows,
+  plotsOf,
   spectrumSeries,
   valueAxis,
   zoomed,
@@ -42,18 +44,19 @@ const COLUMN: ColumnSpectrum = {
   },
   note: '',
 };
+const NAMES = namesOf([{ name: COLUMN.name, unit: 'm' }]);
 const SHARED = { ...COLUMN, name: 'temperature', loop: null, peaks: [] };
 
 test('a density is drawn as its root, and the loop beside it in the same measure', () => {
-  const [curve, loop] = spectrumSeries('density', [COLUMN]);
+  const [curve, loop] = spectrumSeries('density', [COLUMN], NAMES);
   expect(curve?.name).toBe('B');
   expect(Array.from(curve?.y ?? [])[0]).toBeCloseTo(1e-9, 15);
   expect(loop).toMatchObject({ name: 'loop of B', dash: 'dash' });
   expect(Array.from(loop?.y ?? [])[0]).toBeCloseTo(2e-9, 15);
-  const [, asAmplitude] = spectrumSeries('amplitude', [COLUMN]);
+  const [, asAmplitude] = spectrumSeries('amplitude', [COLUMN], NAMES);
   expect(Array.from(asAmplitude?.y ?? [])[0]).toBeCloseTo(Math.sqrt(2 * 4e-18 * 0.75), 15);
-  expect(spectrumSeries('cumulative', [COLUMN])).toHaveLength(1);
-  expect(spectrumSeries('density', [SHARED])).toHaveLength(1);
+  expect(spectrumSeries('cumulative', [COLUMN], NAMES)).toHaveLength(1);
+  expect(spectrumSeries('density', [SHARED], NAMES)).toHaveLength(1);
 });
 
 test('the axis has one prefix, of a density by the root of frequency', () => {
@@ -63,15 +66,18 @@ test('the axis has one prefix, of a density by the root of frequency', () => {
 });
 
 test('peaks are named by frequency, and told in a table', () => {
-  expect(peakMarks([COLUMN]).map(({ label }) => label)).toEqual(['B 50.00 Hz', 'B 180.0 Hz']);
-  expect(peakRows([COLUMN, SHARED]).map(({ kind, cells }) => [kind, ...cells])).toEqual([
+  expect(peakMarks([COLUMN], NAMES).map(({ label }) => label)).toEqual([
+    'B 50.00 Hz',
+    'B 180.0 Hz',
+  ]);
+  expect(peakRows([COLUMN, SHARED], NAMES).map(({ kind, cells }) => [kind, ...cells])).toEqual([
     ['line', '20.0 nm', '14.0 nm', '14.3'],
     ['loop’s own', '–', '5.00 nm', '1.2'],
   ]);
 });
 
 test('what it is of and how it was taken stands below it', () => {
-  const text = facts(COLUMN, 0.0005);
+  const text = facts(COLUMN, 0.0005, NAMES);
   for (const part of [
     '1.000 to 3.000 s',
     'resolution 0.500 Hz',
@@ -81,7 +87,7 @@ test('what it is of and how it was taken stands below it', () => {
     expect(text).toContain(part);
   }
   expect(text).toContain('about 22.0 mm/s');
-  expect(facts(SHARED, 0.0005)).not.toContain('loop');
+  expect(facts(SHARED, 0.0005, NAMES)).not.toContain('loop');
 });
 
 test('frequencies are zoomed about one, within what there is', () => {
@@ -90,4 +96,21 @@ test('frequencies are zoomed about one, within what there is', () => {
   expect(zoomed({ low: 10, high: 300 }, 10, 50, all)).toBeNull();
   const narrow = { low: 99.9, high: 100.1 };
   expect(zoomed(narrow, 0.5, 100, all)).toEqual(narrow);
+});
+
+test('columns of one unit share a plot, and each has a name and a look of its own', () => {
+  const thrust = { ...SHARED, name: 'B.x.thrust', unit: 'N' };
+  const other = { ...COLUMN, name: 'A.x.following_error' };
+  expect(
+    plotsOf([COLUMN, thrust, other]).map(({ title, columns }) => [title, columns.length]),
+  ).toEqual([
+    ['Spectrum of following error x', 2],
+    ['Spectrum of thrust x', 1],
+  ]);
+  const channels = ['A.x.following_error', 'B.x.following_error', 'B.y.following_error'];
+  const names = namesOf(channels.map((name) => ({ name, unit: 'm' })));
+  expect([...names.values()].map(({ label }) => label)).toEqual(['A x', 'B x', 'B y']);
+  const looks = [...names.values()].map(({ ink, dash = 'solid' }) => `${ink} ${dash}`);
+  expect(new Set(looks).size).toBe(3);
+  expect(looks[0]).toBe('a solid');
 });

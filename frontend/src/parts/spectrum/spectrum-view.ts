@@ -1,7 +1,9 @@
 /** A spectrum as a plot and a table: curves of each column, the response of its loop, its peaks. */
 
-import type { Mark, PlotAxis, Series } from '../../plot/types';
-import { looksOf } from '../../plot/palette';
+import type { Look, Mark, PlotAxis, Series } from '../../plot/types';
+import { scopeOf, unitsOf } from '../../plot/scope-catalog';
+import { scopeWith } from '../../plot/scope-layout';
+import type { Channel } from '../../plot/source';
 import { digits, scaleFor } from '../../ui/units';
 import type { components } from '../../app/api/schema';
 
@@ -40,10 +42,32 @@ const NAMED = 3;
 
 const KINDS: Record<Peak['kind'], string> = { line: 'line', broad: 'broad', loop: 'loop’s own' };
 
-/** The variant of a column, or the column where it has none. */
-export function shortName({ name }: Pick<ColumnSpectrum, 'name'>): string {
-  return /^[A-Z]\./.test(name) ? name.charAt(0) : name;
+/** Name and colours of each column among the others, as scopes have them. */
+export type Named = ReadonlyMap<string, Pick<Look, 'ink' | 'dash'> & { label: string }>;
+
+/** Columns of one unit, which share a plot. */
+export interface SpectrumPlot {
+  title: string;
+  columns: readonly ColumnSpectrum[];
 }
+
+/** Returns the plots of some columns: one for each unit. */
+export function plotsOf(columns: readonly ColumnSpectrum[]): SpectrumPlot[] {
+  const units = [...new Set(columns.map(({ unit }) => unit))];
+  return units.map((unit) => {
+    const own = columns.filter((column) => column.unit === unit);
+    const { title } = scopeOf(scopeWith(...own.map(({ name }) => name)), new Map());
+    return { title: `Spectrum of ${title.charAt(0).toLowerCase()}${title.slice(1)}`, columns: own };
+  });
+}
+
+export function namesOf(channels: readonly Channel[]): Named {
+  const { all } = scopeOf(scopeWith(...channels.map(({ name }) => name)), unitsOf(channels));
+  return new Map(all.map(({ column, ...look }) => [column, look]));
+}
+
+const named = (names: Named, { name }: Pick<ColumnSpectrum, 'name'>) =>
+  names.get(name) ?? { label: name, ink: 'reference' as const };
 
 /** What a view draws of a density, unit²/Hz. */
 function drawn(view: SpectrumView, column: ColumnSpectrum): (density: number) => number {
@@ -71,15 +95,19 @@ export function valueAxis(view: SpectrumView, columns: readonly ColumnSpectrum[]
 }
 
 /** Curves of all columns, dashed what their loops make of a white disturbance. */
-export function spectrumSeries(view: SpectrumView, columns: readonly ColumnSpectrum[]): Series[] {
+export function spectrumSeries(
+  view: SpectrumView,
+  columns: readonly ColumnSpectrum[],
+  names: Named,
+): Series[] {
   return columns.flatMap((column) => {
-    const name = shortName(column);
-    const { ink = 'a' } = looksOf(name);
+    const { label: name, ink = 'reference', dash = 'solid' } = named(names, column);
     const curve: Series = {
       name,
       x: column.frequency,
       y: values(view, column),
       ink,
+      dash,
       width: 1.2,
     };
     if (view === 'cumulative') return [curve];
@@ -102,40 +130,45 @@ export function spectrumSeries(view: SpectrumView, columns: readonly ColumnSpect
 }
 
 /** The strongest peaks of each column, named by their frequency. */
-export function peakMarks(columns: readonly ColumnSpectrum[]): Mark[] {
-  return columns.flatMap((column) =>
-    [...column.peaks]
+export function peakMarks(columns: readonly ColumnSpectrum[], names: Named): Mark[] {
+  return columns.flatMap((column) => {
+    const { label, ink = 'reference' } = named(names, column);
+    return [...column.peaks]
       .sort((a, b) => b.rms - a.rms)
       .slice(0, NAMED)
       .map(({ frequency }) => ({
         axis: 'x' as const,
         at: frequency,
-        label: `${shortName(column)} ${digits(frequency, 4)} Hz`,
-        ink: looksOf(shortName(column)).ink ?? 'a',
+        label: `${label} ${digits(frequency, 4)} Hz`,
+        ink,
         dash: 'dot' as const,
-      })),
-  );
+      }));
+  });
 }
 
 export interface PeakRow {
   key: string;
   name: string;
+  /** The variant whose colour it has; empty for none. */
+  variant: string;
   frequency: number;
   kind: string;
   /** Amplitude, RMS and dB above the loop; a dash where there is none. */
   cells: string[];
 }
 
-/** The table of peaks, each column in a unit of its own. */
-export function peakRows(columns: readonly ColumnSpectrum[]): PeakRow[] {
+/** The table of peaks, those of one quantity in one unit. */
+export function peakRows(columns: readonly ColumnSpectrum[], names: Named): PeakRow[] {
   return columns.flatMap((column) => {
-    const largest = Math.max(0, ...column.peaks.map(({ rms }) => rms));
+    const same = columns.filter(({ unit }) => unit === column.unit);
+    const largest = Math.max(0, ...same.flatMap(({ peaks }) => peaks.map(({ rms }) => rms)));
     const { factor, unit } = scaleFor(largest, column.unit);
     const text = (value: number | null) =>
       value === null ? '–' : `${digits(value * factor)} ${unit}`;
     return column.peaks.map(({ frequency, kind, amplitude, rms, above_loop: above }) => ({
       key: `${column.name} ${frequency}`,
-      name: shortName(column),
+      name: named(names, column).label,
+      variant: /^([A-Z])\./.exec(column.name)?.[1] ?? '',
       frequency,
       kind: KINDS[kind],
       cells: [text(amplitude), text(rms), above === null ? '–' : above.toFixed(1)],
@@ -144,11 +177,11 @@ export function peakRows(columns: readonly ColumnSpectrum[]): PeakRow[] {
 }
 
 /** What is to know about a column: its stretch, what a bin is, and how its loop's level came about. */
-export function facts(column: ColumnSpectrum, period: number): string {
+export function facts(column: ColumnSpectrum, period: number, names: Named): string {
   const { start, stop, missing, resolution, noise_bandwidth, rms, unit, loop } = column;
   const of = scaleFor(rms, unit);
   const parts = [
-    `${shortName(column)}: RMS ${digits(rms * of.factor)} ${of.unit}`,
+    `${named(names, column).label}: RMS ${digits(rms * of.factor)} ${of.unit}`,
     `${digits(start * period, 4)} to ${digits(stop * period, 4)} s`,
     `resolution ${digits(resolution)} Hz`,
     `noise bandwidth ${digits(noise_bandwidth)} Hz`,

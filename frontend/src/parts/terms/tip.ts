@@ -1,10 +1,8 @@
 /** One explanation at a time, beside what it explains: on hover, and on focus by keyboard. */
 
 import type { Attachment } from 'svelte/attachments';
+import { placeAt } from '../../ui/popup';
 import type { Entry, TermName } from './glossary';
-
-/** Between term and its explanation, and to the edges of the window, px. */
-const GAP = 4;
 
 let tip: HTMLElement | null = null;
 let owner: Element | null = null;
@@ -17,18 +15,20 @@ let owner: Element | null = null;
 export function explains(name: TermName | null): Attachment<HTMLElement> {
   return (element) => {
     if (!name) return undefined;
-    let entry: Entry | null = null;
-    void import('./glossary').then(({ GLOSSARY }) => (entry = GLOSSARY[name]));
     const on = new AbortController();
     const listen = (type: string, run: (event: Event) => void) => {
       element.addEventListener(type, run, { signal: on.signal });
     };
-    const open = () => entry && show(element, entry);
-    listen('pointerenter', open);
-    listen('focusin', (event) => {
-      const focused = event.target as HTMLElement;
+    /** The entries are loaded with the first that is shown, if its term has pointer or focus by then. */
+    const open = async (still: () => boolean) => {
+      const { GLOSSARY } = await import('./glossary');
+      return !on.signal.aborted && still() && show(element, GLOSSARY[name]);
+    };
+    listen('pointerenter', () => void open(() => element.matches(':hover')));
+    listen('focusin', async ({ target }) => {
+      const focused = target as HTMLElement;
       // A click puts the focus there too: what was clicked needs no explanation.
-      if (focused.matches(':focus-visible') && open())
+      if (await open(() => focused.matches(':focus-visible')))
         focused.setAttribute('aria-describedby', 'term-tip');
     });
     listen('pointerleave', () => {
@@ -46,7 +46,6 @@ export function explains(name: TermName | null): Attachment<HTMLElement> {
   };
 }
 
-/** Below the element, or above it where there is no room, and within the window. */
 function show(element: HTMLElement, { name, text }: Entry): true {
   if (owner && owner !== element) hide(owner);
   owner = element;
@@ -55,12 +54,7 @@ function show(element: HTMLElement, { name, text }: Entry): true {
   head.append(...lettered(name));
   tip.replaceChildren(head, ' ', ...lettered(text));
   if (!tip.matches(':popover-open')) tip.showPopover();
-  const at = element.getBoundingClientRect();
-  const { width, height } = tip.getBoundingClientRect();
-  const below = at.bottom + GAP;
-  const top = below + height < innerHeight ? below : at.top - height - GAP;
-  tip.style.left = `${Math.max(GAP, Math.min(at.left, innerWidth - width - GAP))}px`;
-  tip.style.top = `${Math.max(GAP, top)}px`;
+  placeAt(element, tip, 'left');
   return true;
 }
 

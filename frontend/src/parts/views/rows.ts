@@ -1,7 +1,6 @@
 /** Figures of views as rows of a table. */
 
 import { digits, scaleFor } from '../../ui/units';
-import { innerHeight } from 'svelte/reactivity/window';
 
 /** A row of figures; a dash where there is none. */
 export interface Row {
@@ -28,9 +27,4 @@ export function row(name: string, title: string, unit: string, values: (number |
     return Math.abs(value) < (LEAST[unit] ?? 0) ? '0' : digits(value * scale.factor);
   };
   return { name, title, unit: scale.unit, cells: values.map(text) };
-}
-
-/** Height of a plot of a view: a share of the window's, CSS pixels. */
-export function plotHeight(share: number, least: number): number {
-  return Math.max(least, Math.round(share * (innerHeight.current ?? 0)));
 }

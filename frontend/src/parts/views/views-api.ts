@@ -50,13 +50,13 @@ export interface Sampled {
 }
 
 /** The end of a range, so long that it holds no more than the most samples. */
-export function lastOf({ from, to }: Range, period: number): Range {
-  return { from: Math.max(from, to - (MOST - 1) * period), to };
+export function lastOf({ from, to }: Range, period: number, most = MOST): Range {
+  return { from: Math.max(from, to - (Math.floor(most) - 1) * period), to };
 }
 
 /** Samples [first, stop) of a source that has every tick. */
 export function samplesOf(
-  source: SampleSource,
+  source: Pick<SampleSource, 'start' | 'step' | 'reduce'>,
   names: readonly string[],
   first: number,
   stop: number,

@@ -3,12 +3,12 @@ import { KEPT_FORM } from './kept-settings';
 
 const LEVEL = { kind: 'level', channel: 'B.x.thrust', slope: 'either', level: 1, hysteresis: 0 };
 
-it.each([
-  {},
-  { conditions: [LEVEL, { kind: 'mark' }], join: 'and', length: 0.2, most: 100, keep: true },
-])('takes %j', (kept) => {
-  expect(KEPT_FORM(kept)).toBe(true);
-});
+it.each([{}, { conditions: [LEVEL, { kind: 'mark' }], join: 'and', length: 0.2, most: 100 }])(
+  'takes %j',
+  (kept) => {
+    expect(KEPT_FORM(kept)).toBe(true);
+  },
+);
 
 it.each([
   { conditions: 5 },

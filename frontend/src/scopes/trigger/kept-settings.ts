@@ -38,5 +38,4 @@ export const KEPT_FORM = partOf({
   holdOff: between(0, HOLD_OFF_MAX),
   mode: oneOf('auto', 'normal', 'single'),
   most: between(1, CAPTURES_MAX),
-  keep: false,
 });

@@ -1,9 +1,12 @@
 /** The trigger of a view: waits for its conditions, captures what is around, and shows it. */
 
+import type { Axis, Run } from '../../app/api/types';
+import { errorText } from '../../app/error-text';
 import type { GhostRun } from '../../plot/run-overlay';
 import type { Range } from '../../plot/range';
-import type { SampleSource, StillSource } from '../../plot/source';
+import type { Channel, SampleSource, StillSource } from '../../plot/source';
 import { load, save } from '../../app/storage';
+import { loop } from '../../ui/animation-loop';
 import { KEPT_FORM } from './kept-settings';
 import { type Capture, copied, laidBehind, type Origin } from './captures';
 import { channelsOf, type Condition, Detector, type Join } from './detector';
@@ -23,9 +26,21 @@ export interface Settings {
   mode: Mode;
   /** Captures until it stops. */
   most: number;
-  /** Whether captures of a session become runs. */
-  keep: boolean;
 }
+
+/** What is said of a capture that is kept. */
+export interface About {
+  note: string;
+  /** Channels of the trigger. */
+  columns: string[];
+  /** Whether it is kept as it comes: then it may be evicted. */
+  automatic: boolean;
+}
+
+/** Most captures, beside those of the present trigger, whose samples are here. */
+const OPENED_MAX = 50;
+
+const VELOCITY = /^[xy]\.velocity_reference$/;
 
 /** Where the browser keeps the settings, for all screens. */
 const KEPT = 'trigger';
@@ -38,12 +53,12 @@ const USUAL: Settings = {
   holdOff: 0,
   mode: 'normal',
   most: 10,
-  keep: false,
 };
 
 /** What a trigger needs of its view. */
 export interface Watched {
   readonly columns: readonly string[];
+  readonly known: readonly Channel[];
   readonly range: Range;
   readonly extent: Range;
   readonly period: number;
@@ -55,8 +70,12 @@ export interface Watched {
   look(range: Range | null): void;
   /** The session whose samples come. */
   readonly origin?: Origin | null;
-  /** Keeps a capture as a run; returns its identifier, empty if it could not. */
-  keep?(capture: Capture, note: string, automatic: boolean): Promise<string>;
+  /** Keeps a capture as a run, and throws why it could not; where captures are kept. */
+  keep?(capture: Capture, about: About): Promise<Run>;
+  /** Copies an address that shows a capture as it is shown here; where captures are kept. */
+  copyLink?(): Promise<void>;
+  /** Of the encoder of an axis, m; 0 where it is not known. */
+  resolution?(axis: Axis): number;
 }
 
 /** `off`: scopes show what they show. `waiting` for a hit, `searching` a record, `done`: as many as wanted. */
@@ -67,11 +86,21 @@ export class Trigger {
   open = $state(false);
   phase = $state<Phase>('off');
   settings = $state.raw<Settings>(USUAL);
+  /** Those of this trigger, in the order of time. */
   captures = $state.raw<readonly Capture[]>([]);
-  /** The capture that is shown; -1 for none. */
-  place = $state(-1);
+  /** Those kept before whose samples are here. */
+  opened = $state.raw<readonly Capture[]>([]);
+  /** The capture that is shown, also while it is read; empty for none. */
+  shownKey = $state('');
+  /** The captures that lie behind it. */
+  overlaid = $state.raw<readonly string[]>([]);
+  /** Whether those that come lie behind it too. */
   overlay = $state(false);
   average = $state(false);
+  /** The channel whose peaks are listed; empty for the one that the trigger is of. */
+  measured = $state('');
+  /** Told of each capture that has become a run. */
+  kept: ((run: Run) => void) | null = null;
   /** Hits of a searched record, those beyond the captures too. */
   hitCount = $state(0);
   problem = $state('');
@@ -84,15 +113,31 @@ export class Trigger {
   private search = 0;
   /** What was searched: looking at a capture does not narrow the next search to it. */
   private searched: Range | null = null;
+  /** What is looked at for the capture that was shown last, though it may be gone by now. */
+  private captured: Range | null = null;
 
-  readonly shown: Capture | null = $derived(this.captures[this.place] ?? null);
+  private unwatch: (() => void) | null = null;
+  private count = 0;
+  private keeping: Promise<void> = Promise.resolve();
+
+  /** All whose samples are here. */
+  readonly all: readonly Capture[] = $derived([...this.captures, ...this.opened]);
+  readonly shown: Capture | null = $derived(
+    this.all.find(({ key }) => key === this.shownKey) ?? null,
+  );
+  /** The captures without what auto shows meanwhile. */
+  readonly hits: readonly Capture[] = $derived(this.captures.filter(({ free }) => !free));
 
   readonly behind: readonly GhostRun[] = $derived.by(() => {
-    const { shown, captures, overlay, average } = this;
-    return shown ? laidBehind(captures, shown, this.view.columns, { overlay, average }) : [];
+    const { shown, all, hits, average } = this;
+    if (!shown) return [];
+    const overlaid = all.filter(({ key }) => this.overlaid.includes(key));
+    const several = all.filter((each) => each === shown || overlaid.includes(each));
+    const mean = average ? (several.length > 1 ? several : hits) : [];
+    return laidBehind(shown, this.view.columns, { overlaid, mean });
   });
 
-  constructor(private readonly view: Watched) {
+  constructor(readonly view: Watched) {
     this.settings = { ...USUAL, ...load<Partial<Settings>>(KEPT, {}, KEPT_FORM) };
   }
 
@@ -112,10 +157,11 @@ export class Trigger {
     if (this.phase !== 'off') this.arm();
   }
 
-  /** Forgets the captures and waits for the next hit, or finds those of what is in view. */
+  /** Waits for the next hit, or finds those of what is in view; captures before stay where they are kept. */
   arm(): void {
-    const { shown, view } = this;
-    const same = shown?.range.from === view.range.from && shown.range.to === view.range.to;
+    const { captured, view } = this;
+    if (this.shown?.apart) this.shownKey = '';
+    const same = captured?.from === view.range.from && captured.to === view.range.to;
     if (!same) this.searched = view.range;
     this.clear();
     this.watching = channelsOf(this.settings.conditions);
@@ -127,6 +173,8 @@ export class Trigger {
     }
     this.phase = 'waiting';
     this.restart(coming);
+    // Samples come with every frame, whether its panel is open or not.
+    this.unwatch ??= loop.add(() => this.poll());
   }
 
   /** Goes on with another record: a search is done anew, captures of a session that is gone stand. */
@@ -140,16 +188,29 @@ export class Trigger {
 
   /** Back to what the scopes show without a trigger. */
   stop(): void {
-    const { shown, view, searched } = this;
-    if (shown && !view.coming) view.look(searched);
+    const { shown, searched } = this;
+    if (shown && !shown.apart) this.look(searched);
     this.clear();
+    this.shownKey = '';
     this.phase = 'off';
+    this.unwatch?.();
+    this.unwatch = null;
   }
 
+  /** Forgets the captures of this trigger, but for what has become a run. */
   private clear(): void {
     this.search += 1;
+    const renamed: Record<string, string> = Object.fromEntries(
+      this.captures.map(({ key, run }) => [key, isRun(run) ? run : '']),
+    );
+    const now = (key: string) => renamed[key] ?? key;
+    this.overlaid = this.overlaid.map(now).filter((key) => key !== '');
+    this.shownKey = now(this.shownKey);
+    const opened = this.captures.filter(({ run, apart }) => apart && isRun(run));
+    this.opened = [...this.opened, ...opened.map((each) => ({ ...each, key: each.run }))].slice(
+      -OPENED_MAX,
+    );
     this.captures = [];
-    this.place = -1;
     this.hitCount = 0;
     this.problem = '';
     this.pending = [];
@@ -218,14 +279,25 @@ export class Trigger {
     const first = tick - before;
     const source = copied(coming, columns, first, count);
     const range = { from: first * period, to: (first + count) * period };
-    const kept = this.captures.filter((each) => !each.free);
-    const ticks = [first, first + count] as const;
-    const origin = this.view.origin ?? null;
-    const capture = { time: tick * period, range, source, free, origin, ticks, run: '' };
-    this.captures = [...kept, capture];
-    if (this.settings.keep && !free) void this.keep(capture, true);
-    this.place = this.captures.length - 1;
-    this.view.look(null);
+    const capture: Capture = {
+      key: this.nextKey(),
+      time: tick * period,
+      range,
+      source,
+      free,
+      apart: true,
+      origin: this.view.origin ?? null,
+      ticks: [first, first + count],
+      tick,
+      run: '',
+      problem: '',
+    };
+    this.captures = [...this.hits, capture];
+    this.shownKey = capture.key;
+    this.look(null);
+    if (!free && this.overlay) this.tick(capture.key, true);
+    // One after the other: chatter makes many at once.
+    if (!free) this.keeping = this.keeping.then(() => this.keep(capture, true));
     const { mode, most } = this.settings;
     if (free) return;
     if (mode === 'single' || this.captures.length >= most) {
@@ -258,25 +330,32 @@ export class Trigger {
         if (detector.next(tick, values)) hits.push(tick);
       }
       this.hitCount = hits.length;
+      // What glitches are measured with is read besides what is shown.
+      const turning = view.known.flatMap(({ name }) => (VELOCITY.test(name) ? [name] : []));
+      const columns = [...view.columns, ...turning.filter((name) => !view.columns.includes(name))];
       for (const tick of hits.slice(0, most)) {
         const from = Math.max(extent.from, (tick - before) * period);
         const range = { from, to: Math.min(extent.to, (tick - before + count) * period) };
-        const part = await view.samples(view.columns, range);
+        const part = await view.samples(columns, range);
         if (search !== this.search) return;
         if (!part) continue;
-        this.captures = [
-          ...this.captures,
-          {
-            time: tick * period,
-            range,
-            source: part,
-            free: false,
-            origin: null,
-            ticks: [tick - before, tick - before + count],
-            run: '',
-          },
-        ];
-        if (this.place < 0) this.show(0);
+        const key = this.nextKey();
+        const hit = {
+          key,
+          time: tick * period,
+          range,
+          source: part,
+          free: false,
+          apart: false,
+          origin: null,
+          ticks: [Math.round(range.from / period), Math.round(range.to / period)],
+          tick,
+          run: '',
+          problem: '',
+        } as const;
+        this.captures = [...this.captures, hit];
+        if (this.overlay) this.tick(key, true);
+        if (this.shownKey === '') this.show(key);
       }
       this.phase = 'done';
     } catch (error) {
@@ -286,31 +365,75 @@ export class Trigger {
     }
   }
 
-  /** Whether captures become runs from now on; those that there are stay as they are. */
-  keepFromNow(keep: boolean): void {
-    this.settings = { ...this.settings, keep };
-    save(KEPT, this.settings);
+  private nextKey(): string {
+    this.count += 1;
+    return `capture ${this.count}`;
   }
 
-  /** Keeps a capture of a session as a run; one that is kept as it comes may be evicted. */
+  /** Keeps a capture as a run with every channel; one that is kept as it comes may be evicted. */
   async keep(capture: Capture, automatic = false): Promise<void> {
-    const { view } = this;
-    const note = triggerText(this.settings);
-    this.note(capture, '…');
-    this.note(capture, (await view.keep?.(capture, note, automatic)) ?? '');
+    const { view, settings } = this;
+    if (!view.keep) return;
+    const { key } = capture;
+    this.change(key, { run: '…', problem: '' });
+    const columns = channelsOf(settings.conditions);
+    try {
+      const run = await view.keep(capture, { note: triggerText(settings), columns, automatic });
+      this.change(key, { run: run.id });
+      this.kept?.(run);
+    } catch (error) {
+      this.change(key, { run: '', problem: errorText(error) });
+    }
   }
 
-  private note({ source }: Capture, run: string): void {
-    this.captures = this.captures.map((each) => (each.source === source ? { ...each, run } : each));
+  /** Takes the samples of a capture that was kept. */
+  put(capture: Capture): void {
+    const known = this.captures.find(({ run }) => run === capture.run);
+    if (known) {
+      this.change(known.key, {
+        source: capture.source.shifted(known.range.from - capture.range.from),
+      });
+      return;
+    }
+    const others = this.opened.filter(({ key }) => key !== capture.key);
+    this.opened = [...others, capture].slice(-OPENED_MAX);
   }
 
-  /** Shows another capture. */
-  show(place: number): void {
-    if (place < 0 || place >= this.captures.length) return;
-    this.place = place;
-    const { shown, view } = this;
-    view.look(view.coming ? null : (shown?.range ?? null));
+  private change(key: string, part: Partial<Capture>): void {
+    this.captures = this.captures.map((each) => (each.key === key ? { ...each, ...part } : each));
   }
+
+  /** Lays captures behind the one that is shown, or no longer. */
+  tick(key: string, overlaid: boolean): void {
+    const others = this.overlaid.filter((each) => each !== key);
+    this.overlaid = overlaid ? [...others, key] : others;
+  }
+
+  /** Lays all captures of this trigger, and those that come, behind the one that is shown. */
+  setOverlay(overlay: boolean): void {
+    this.overlay = overlay;
+    this.overlaid = overlay ? this.hits.map(({ key }) => key) : [];
+  }
+
+  /** Shows a capture; one that is kept and not here yet, as soon as it has been read. */
+  show(key: string): void {
+    const before = this.shown;
+    this.shownKey = key;
+    const { shown } = this;
+    if (shown && !shown.apart) this.look(shown.range, shown.range);
+    else if (before && !before.apart) this.look(this.searched);
+    else this.look(null);
+  }
+
+  private look(range: Range | null, captured: Range | null = null): void {
+    this.captured = captured;
+    this.view.look(range);
+  }
+}
+
+/** Whether a capture's `run` is one: `…` stands for one that is being kept. */
+export function isRun(run: string): boolean {
+  return run !== '' && run !== '…';
 }
 
 export function triggerText({ conditions, join }: Pick<Settings, 'conditions' | 'join'>): string {

@@ -159,19 +159,30 @@ class Experiment {
     return compensates(source.scenario, source.set, this.result.apply_to);
   });
 
+  /** The motor that old and new are judged on: of a run that which was fitted to it, where one was. */
+  readonly judgedOn = $derived.by(() => {
+    const { result } = this;
+    if (!result) return '';
+    return result.motor ? 'the motor fitted to the run' : `the simulated motor ${result.plant}`;
+  });
+
   /** Runs the motion of the experiment with the old model (A) and the identified one (B). */
   async compare(): Promise<void> {
     const { result } = this;
     const source = this.source();
     if (!result || !source) return;
     await app.try(async () => {
-      const { apply_to: variant, set: chosen } = result;
-      const scenario =
+      const { apply_to: variant, set: chosen, motor } = result;
+      const own =
         typeof source.scenario === 'string'
           ? await app.api.scenario(source.scenario)
           : source.scenario;
+      const scenario = motor ? { ...own, plant: motor.plant as Scenario['plant'] } : own;
       const labels = ['old model', 'identified'] as const;
-      const set = compensated(scenario, source.set, variant);
+      const others = Object.entries(source.set).filter(
+        ([path]) => !motor || !/^plant\b/.test(path),
+      );
+      const set = compensated(scenario, Object.fromEntries(others), variant);
       this.comparison.run(result, { scenario, set, variant, chosen, labels });
     });
   }

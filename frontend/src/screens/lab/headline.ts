@@ -155,7 +155,7 @@ export function sentence(begun: Scenario, shown: readonly string[]): string {
   const [first, end] = [begun, scenario].map((each) => differing(each, a, b));
   const then = first === '' || since === null ? '' : `${first}; `;
   const same = `${a} and ${b} have the same controller`;
-  return `The same motor and motion twice${noise}: ${then}${later}${end || same}.`;
+  return `Same motor and motion${noise}: ${then}${later}${end || same}.`;
 }
 
 /** What two variants differ in; empty where they have the same controller. */
@@ -174,8 +174,10 @@ function differing(scenario: Scenario, a: string, b: string): string {
   const listed = names.slice(0, more === 1 ? NAMED + 1 : NAMED).join(', ');
   const list = more > 1 ? `${listed} and ${more} more` : listed;
   if (laws[0] === laws[1]) return `${a} and ${b} differ in ${list}`;
-  const also = list === '' ? '' : `; they differ in ${list} too`;
-  return `${a} ${laws[0]}, ${b} ${laws[1]}${also}`;
+  const also = list === '' ? '' : `; ${list} ${names.length > 1 ? 'differ' : 'differs'} too`;
+  const both = laws.every((law) => law.startsWith('with '));
+  const other = both ? laws[1]?.replace(/friction compensation \((.*)\)|friction /, '$1') : laws[1];
+  return `${a} ${laws[0]}, ${b} ${other}${also}`;
 }
 
 /** `time` is what has been recorded of the motion, s: nothing on the way to its start. */

@@ -2,14 +2,34 @@
 
 import { app } from '../../app/store.svelte';
 import { LoopMargins } from '../../parts/loop/loops.svelte';
-import { driveEmptyText } from './headline';
+import type { Metrics, Scenario } from '../../app/api/types';
+import { driveEmptyText, headline } from './headline';
 import { onDemand } from './on-demand.svelte';
 import { spanText } from '../../ui/units';
 
 class LabResult {
+  /** What is in the motor, simulated: the last result of nothing staged. */
+  private unchanged = $state.raw<{ scenario: Scenario; result: Metrics } | null>(null);
+
   readonly metrics = $derived(
     app.mode === 'whatif' ? (app.whatif.answer?.result ?? null) : app.metrics.current,
   );
+
+  /** What the session has measured, or what is expected of it; null where neither is known. */
+  readonly inMotor = $derived.by((): Metrics | null => {
+    if (app.metrics.current) return app.metrics.current;
+    const { unchanged } = this;
+    return unchanged?.scenario === app.session.info?.scenario ? (unchanged?.result ?? null) : null;
+  });
+
+  /** Keeps a result of nothing staged, for when something is. */
+  keepUnchanged(): void {
+    const { answer, standing } = app.whatif;
+    if (app.mode !== 'whatif' || standing !== 'exact' || !answer) return;
+    const { scenario, set } = answer.question;
+    if (Object.keys(set).length > 0 || typeof scenario === 'string') return;
+    this.unchanged = { scenario, result: answer.result };
+  }
 
   readonly shown = $derived(app.variants.slice(0, 2));
 
@@ -48,6 +68,20 @@ class LabResult {
 }
 
 export const labResult = new LabResult();
+
+/** The figure of the headline of a result: whose it is, and how much; a dash where there is none. */
+export function figureOf(
+  metrics: Metrics | null,
+  ended?: Readonly<Record<string, number | null>>,
+): { variant: string; text: string } {
+  const times = labResult.shown.flatMap((name) => {
+    const time = ended ? ended[name] : metrics?.variants[name]?.diverged?.time;
+    return typeof time === 'number' ? [[name, time] as const] : [];
+  });
+  const diverged = Object.fromEntries(times);
+  const { variant, figure, bad } = headline(metrics, labResult.shown, diverged, '–');
+  return bad ? { variant, text: 'unstable' } : { variant, text: figure };
+}
 
 /** The loops of the controllers that the Lab shows. */
 export const labLoops = new LoopMargins(app.api);

@@ -2,6 +2,7 @@
 
 import type * as drive from './drive/DriveTransport.svelte';
 import type * as study from './montecarlo/StudyBody.svelte';
+import type * as gallery from './gallery/GallerySheet.svelte';
 import type * as why from './why/WhySheet.svelte';
 import type * as overlay from './overlay/lab-overlay';
 import type { Axis } from '../../app/api/types';
@@ -13,6 +14,9 @@ class OnDemand {
   overlay = $state.raw<typeof overlay | null>(null);
   drive = $state.raw<typeof drive | null>(null);
   why = $state.raw<typeof why | null>(null);
+  gallery = $state.raw<typeof gallery | null>(null);
+  /** Whether the gallery of examples is open. */
+  choosesExample = $state(false);
 
   /** Loads what the address or this browser has used before. */
   start(): void {
@@ -48,13 +52,20 @@ class OnDemand {
   }
 
   /** Asks why the error peaks, of whom and on which axis, and opens the sheet that says so. */
-  askWhy = (of?: { variant: string; axis: Axis }) =>
+  askWhy = (of?: { variant?: string; axis: Axis | null }) =>
     app.try(async () => {
       await app.catalogue.loadRequests(['why']);
       this.why ??= await import('./why/WhySheet.svelte');
       const { why } = this.why;
       if (of) why.change({ ...of });
       why.shown = true;
+    });
+
+  /** Opens the gallery of examples. */
+  chooseExample = () =>
+    app.try(async () => {
+      this.gallery ??= await import('./gallery/GallerySheet.svelte');
+      this.choosesExample = true;
     });
 
   /** Opens the sheet with runs to draw behind the curves. */

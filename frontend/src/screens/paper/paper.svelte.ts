@@ -37,7 +37,12 @@ class PaperStore {
   readonly shown = $derived(
     this.lines.filter((line) => passes(line, this.filter) && isOfKind(line, this.kind)),
   );
-  readonly line = $derived(this.lines.find(({ row }) => row.id === this.chosen) ?? null);
+  /** The row that is chosen; until one is, the first that does not hold. */
+  readonly line = $derived(
+    this.lines.find(({ row }) => row.id === this.chosen) ??
+      (this.chosen === '' ? this.lines.find((line) => passes(line, 'red')) : undefined) ??
+      null,
+  );
   readonly figures = $derived<readonly PaperFigure[]>(this.results?.figures ?? []);
   readonly errata = $derived<readonly Erratum[]>(this.results?.errata ?? []);
   readonly doing = $derived(this.job.active ? (this.job.report?.partial?.doing ?? '') : '');
@@ -47,10 +52,9 @@ class PaperStore {
   async open(): Promise<void> {
     if (!FILTERS.some(({ value }) => value === this.filter)) this.filter = 'all';
     await app.try(async () => {
-      const document = await app.api.paper();
+      const [document] = await Promise.all([app.api.paper(), this.job.resume()]);
       if (!document.kinds.some(({ id }) => id === this.kind)) this.kind = 'all';
       this.document = document;
-      await this.job.resume();
     });
   }
 

@@ -5,7 +5,7 @@ import type { RunDetail } from '../../app/api/types';
 /** Beyond these the server lists no more differences. */
 const LISTED = 50;
 /** Fields that decide what their neighbours mean: those are not listed then. */
-const NAMED = /(^|\.)(kind|name|law)$/;
+const NAMED = /(^|\.)(kind|name|law)$|^trajectory$/;
 const PLAIN = /^[A-Za-z0-9_.-]+$/;
 
 export type Form = 'CLI' | 'curl' | 'Python' | 'TOML';

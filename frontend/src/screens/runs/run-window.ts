@@ -58,26 +58,3 @@ export function errorScopes(run: RunDetail): ScopeSpec[] {
   const channels = errors.length > 0 ? errors : names.slice(0, FEW).map((name) => [name]);
   return channels.map((each) => scopeWith(...each));
 }
-
-export interface Quantity {
-  /** Such as `x following error`. */
-  name: string;
-  columns: string[];
-}
-
-const VARIANTS = 2;
-
-/** Returns the quantities of a run, following errors first. */
-export function quantitiesOf({ columns, variants }: RunDetail): Quantity[] {
-  const shown = new Set(variants.slice(0, VARIANTS));
-  const byQuantity = new Map<string, string[]>();
-  for (const { name = '' } of columns) {
-    const [, variant, rest] = /^([A-Z])\.(.+)$/.exec(name) ?? [];
-    if (variant !== undefined && !shown.has(variant)) continue;
-    const quantity = (rest ?? name).replaceAll(/[._]/g, ' ');
-    byQuantity.set(quantity, [...(byQuantity.get(quantity) ?? []), name]);
-  }
-  const all = [...byQuantity].map(([name, own]) => ({ name, columns: own }));
-  const errors = all.filter(({ name }) => name.endsWith('following error'));
-  return [...errors, ...all.filter((each) => !errors.includes(each))];
-}

@@ -1,6 +1,7 @@
 /** The runs that a search finds, which of them are selected, and what is done with those. */
 
-import type { Run, RunStorage } from '../../app/api/types';
+import type { Run, RunStorage, Scenario } from '../../app/api/types';
+import { app } from '../../app/store.svelte';
 import { errorText } from '../../app/error-text';
 import { messages } from '../../app/messages.svelte';
 import { fromAddress, load, save, setAddress } from '../../app/storage';
@@ -13,6 +14,7 @@ import {
   type RunChange,
 } from '../../parts/runs/runs-api';
 import { searchProblem } from '../../parts/runs/run-text';
+import { METRIC_COLUMNS, MOST, USUAL } from './columns';
 import { viewOf, viewsAt, withView, type QuickView, type ViewId } from './search-text';
 import { chosen, moved, neighbour, NOTHING, type How, type Selection } from './selection';
 
@@ -34,15 +36,15 @@ export const SORTS = [
   { value: 'name', name: 'by name' },
   { value: '-duration', name: 'longest first' },
   { value: '-size', name: 'largest first' },
-  { value: 'B.x.max', name: 'least e_x of B' },
-  { value: '-B.x.max', name: 'greatest e_x of B' },
-  { value: 'B.y.max', name: 'least e_y of B' },
-  { value: '-B.y.max', name: 'greatest e_y of B' },
 ] as const;
 
 class Runs {
   query = $state(fromAddress('q') ?? '');
   sort = $state(keptSort());
+  /** Metrics and fields that the list shows. */
+  columns = $state.raw<readonly string[]>(
+    load('runs.columns', [...USUAL] as string[]).slice(0, MOST),
+  );
   list = $state.raw<readonly Run[]>([]);
   total = $state(0);
   /** Whether the first answer has come. */
@@ -65,6 +67,7 @@ class Runs {
       return run ? [run] : [];
     }),
   );
+  private shipped = $state.raw<Readonly<Record<string, Scenario | null>>>({});
   private cursor: string | null = null;
   private turn = 0;
   private timer: ReturnType<typeof setTimeout> | undefined;
@@ -104,6 +107,32 @@ class Runs {
     this.sort = sort;
     save('runs.sort', sort);
     void this.read();
+  }
+
+  showColumns(columns: readonly string[]): void {
+    this.columns = columns.slice(-MOST);
+    save('runs.columns', this.columns);
+    this.readShipped();
+  }
+
+  /** The shipped scenario of a name, read where a column shows a field; null until it is there. */
+  shippedOf(name: string): Scenario | null {
+    if (this.columns.every((id) => METRIC_COLUMNS.some((each) => each.id === id))) return null;
+    return this.shipped[name] ?? null;
+  }
+
+  /** Reads the shipped scenarios of the list, for columns of fields. */
+  private readShipped(): void {
+    if (this.columns.every((id) => METRIC_COLUMNS.some((each) => each.id === id))) return;
+    const known = app.catalogue.scenarios.map(({ name }) => name);
+    for (const name of new Set(this.list.map(({ scenario }) => scenario))) {
+      if (name in this.shipped || !known.includes(name)) continue;
+      this.shipped = { ...this.shipped, [name]: null };
+      void app.try(async () => {
+        const scenario = await app.api.scenario(name);
+        this.shipped = { ...this.shipped, [name]: scenario };
+      });
+    }
   }
 
   countOf(view: ViewId): number | undefined {
@@ -257,6 +286,7 @@ class Runs {
   /** Puts a list in place of the present one. */
   private take(runs: readonly Run[]): void {
     this.list = runs;
+    this.readShipped();
     this.seen = { ...this.seen, ...Object.fromEntries(runs.map((run) => [run.id, run])) };
   }
 
@@ -297,14 +327,16 @@ class Runs {
 }
 
 function addressed(): Selection {
-  const ids = (fromAddress('run') ?? '').split(',').filter((id) => id !== '');
+  const all = (fromAddress('run') ?? '').split(',').filter((id) => id !== '');
+  const ids = [...new Set(all)];
   const [first = ''] = ids;
   return { ids, at: first, anchor: first };
 }
 
 function keptSort(): string {
   const kept = load('runs.sort', '-created' as string);
-  return SORTS.find(({ value }) => value === kept)?.value ?? '-created';
+  const known = SORTS.some(({ value }) => value === kept);
+  return known || /^-?[A-Z]\.[xy]\.[a-z]+$/.test(kept) ? kept : '-created';
 }
 
 export const runs = new Runs();

@@ -56,6 +56,55 @@ export function viewOf(query: string, views: readonly QuickView[]): ViewId {
   return views.find(({ term }) => term !== '' && terms.includes(term))?.id ?? 'all';
 }
 
+/** Ends of what a metric may be, SI; null where it has none. */
+export interface Bounds {
+  low: number | null;
+  high: number | null;
+}
+
+const BOUND = /^([A-Z]\.[xy]\.[a-z_]+)([<>])=?([-+0-9.eE]+?)(µm|um|mm|nm|ms|mN|m|s|N|dB|deg|rad)?$/;
+const SIZES: Readonly<Record<string, number>> = {
+  mm: 1e-3,
+  um: 1e-6,
+  µm: 1e-6,
+  nm: 1e-9,
+  ms: 1e-3,
+  mN: 1e-3,
+  deg: Math.PI / 180,
+};
+
+/** A unit as it is typed. */
+const TYPED: Readonly<Record<string, string>> = { µm: 'um', '°': 'deg' };
+
+/** Returns the bounds of a metric, such as `B.x.max`, in a search. */
+export function boundsOf(query: string, metric: string): Bounds {
+  const bounds: Bounds = { low: null, high: null };
+  for (const term of termsOf(query)) {
+    const [, name, sign, number, unit = ''] = BOUND.exec(term) ?? [];
+    if (name !== metric) continue;
+    bounds[sign === '>' ? 'low' : 'high'] =
+      unit === 'dB' ? 10 ** (Number(number) / 20) : Number(number) * (SIZES[unit] ?? 1);
+  }
+  return bounds;
+}
+
+/** Returns the search with these bounds of a metric, in its unit. */
+export function withBounds(
+  query: string,
+  metric: string,
+  { low, high }: Bounds,
+  { unit, shown }: { unit: string; shown: (value: number) => number },
+): string {
+  const others = (query.match(TERM) ?? []).filter(
+    (term) => BOUND.exec(plain(term))?.[1] !== metric,
+  );
+  const written = (sign: string, value: number | null) =>
+    value === null
+      ? ''
+      : `${metric}${sign}${Number(shown(value).toPrecision(3))}${TYPED[unit] ?? unit}`;
+  return joined([...others, written('>', low), written('<', high)]);
+}
+
 function without(query: string, terms: readonly string[]): string {
   return joined((query.match(TERM) ?? []).filter((term) => !terms.includes(plain(term))));
 }

@@ -184,11 +184,12 @@ class Tuner {
     return picked ? [...lines, pickedLine(picked, this.variant, axis)] : lines;
   }
 
-  /** What was chosen by hand; else the best candidate, where it betters what is there. */
+  /** What was chosen by hand; else the best of a search that was asked for, if it is better. */
   private chosenFor(axis: Axis): string {
     const lines = this.linesFor(axis);
     const chosen = this.choice[axis];
     if (lines.some(({ id }) => id === chosen)) return chosen as string;
+    if (this.search.report?.shipped) return 'present';
     const better = lines.find(
       ({ id, set }) =>
         id.startsWith('start') &&

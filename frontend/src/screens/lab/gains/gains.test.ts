@@ -1,6 +1,7 @@
 import { expect, it } from 'vitest';
 import type { Scenario } from '../../../app/api/types';
-import { achieved, savedOn, scaleOf, setName, snapshot, switchNotch, toChange } from './gains';
+import { achieved, savedOn, setName, snapshot, toChange } from './gain-set';
+import { scaleOf, switchNotch } from './gains';
 
 const controller = {
   x: { k_p: 1, k_d: 2, notch: { frequency: 250, damping: 0.5, gain: 0.2 } },

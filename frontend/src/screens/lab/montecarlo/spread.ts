@@ -49,14 +49,15 @@ export function meeting(study: MonteCarlo, variant: string, spec: Spec): Share |
 
 /** Returns the bands of one axis of the first two variants. */
 export function quantileBands(study: MonteCarlo, axis: Axis): QuantileBand[] {
-  return Object.values(study.variants)
+  return Object.entries(study.variants)
     .slice(0, 2)
-    .flatMap(({ axes }, i) => {
+    .flatMap(([variant, { axes }], i) => {
       const band = axes[axis]?.band;
       const look = LOOKS[i];
       if (!band || !look) return [];
       const { min, q05, q95, max } = band;
-      return [{ ...look, time: study.time, least: min, low: q05, high: q95, most: max }];
+      const column = `${variant}.${axis}.following_error`;
+      return [{ ...look, column, time: study.time, least: min, low: q05, high: q95, most: max }];
     });
 }
 

@@ -1,7 +1,7 @@
 /** Overlaid runs, which are loaded with the first of them. */
 
 import { overlay } from '../../../parts/overlay/overlay.svelte';
-import { tracesOf } from '../../../plot/run-overlay';
+import { lookOfVariant, tracesOf } from '../../../plot/run-overlay';
 import type { Scope } from '../../../plot/scope-catalog';
 import type { TableColumn } from '../../../scopes/CurveTable.svelte';
 import { view } from '../scopes/view.svelte';
@@ -17,12 +17,14 @@ export function overlaidColumns(scopes: readonly Scope[]): TableColumn[] {
           column: trace.column,
           unit: trace.unit ?? scope.unit,
           source: () => run.over(view.range),
+          look: lookOfVariant(run, trace.column.charAt(0)),
         })),
     );
   });
 }
 
 export { overlay } from '../../../parts/overlay/overlay.svelte';
-export { behind, movers } from '../../../plot/run-overlay';
+export { movers } from '../../../plot/ghost-path';
+export { behind } from '../../../plot/run-overlay';
 export { default as OverlaidMetrics } from './OverlaidMetrics.svelte';
 export { default as OverlaidRuns } from './OverlaidRuns.svelte';

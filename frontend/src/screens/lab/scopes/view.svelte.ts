@@ -2,15 +2,19 @@
 
 import type { Checked, Whose } from '../../../app/expressions/expressions.svelte';
 import { captureErrorText } from '../../../app/error-text';
-import { AXES, type Axis } from '../../../app/api/types';
+import { AXES, type Axis, type Run } from '../../../app/api/types';
+import { demo, NEEDS_SERVER } from '../../../app/demo/demo-mode';
 import { nameOf } from '../../../app/fields/fields.svelte';
 import { LiveSource } from '../../../scopes/live-source';
 import { Layout } from '../../../scopes/layout.svelte';
-import type { Peak } from '../../../scopes/peaks';
 import { STATISTICS, type Statistic } from '../../../scopes/statistics';
 import type { Capture, Origin } from '../../../scopes/trigger/captures';
+import type { About } from '../../../scopes/trigger/trigger.svelte';
 import { TimeView } from '../../../scopes/time-view.svelte';
+import { clockMarks } from '../../../app/session/clock-marks';
+import { lawMark } from '../../../app/session/law-text';
 import { gathered } from '../../../app/session/moments.svelte';
+import { person } from '../../../app/session/person.svelte';
 import { load, save } from '../../../app/storage';
 import { app } from '../../../app/store.svelte';
 import { Ring } from '../../../app/stream/ring';
@@ -20,7 +24,6 @@ import type { Moment } from '../../../plot/scope-chart';
 import type { Channel, SampleSource, StillSource } from '../../../plot/source';
 import { LAYOUTS, retargeted, type Scope } from '../../../plot/scope-catalog';
 import type { Underlay } from '../../../plot/run-overlay';
-import { digits } from '../../../ui/units';
 import { onDemand } from '../on-demand.svelte';
 
 export const SPANS = [1, 2, 5, 10, 20, 30] as const;
@@ -41,7 +44,11 @@ class View extends TimeView {
   variant = $state(load('variant', 'B'));
   axis = $state<Axis>(load<string>('axis', 'x') === 'y' ? 'y' : 'x');
   span = $state<number>(load('span', 10));
+  /** Whether the scopes have the whole page. */
+  filled = $state(false);
   override statistic = $state<Statistic>(keptStatistic());
+  /** Columns that pictures need besides those of the scopes, while they are shown. */
+  pictured = $state.raw<readonly string[]>([]);
   readonly layout = new Layout({
     key: 'layout',
     linked: true,
@@ -65,6 +72,7 @@ class View extends TimeView {
   readonly previewColumns = $derived([
     ...new Set([
       ...this.columns,
+      ...this.pictured,
       ...AXES.flatMap((axis) => [`${axis}.velocity_reference`, `${axis}.acceleration_reference`]),
     ]),
   ]);
@@ -75,18 +83,27 @@ class View extends TimeView {
       label: labelOf(set),
     }));
     if (app.mode === 'whatif') return planned;
-    const { period, pushes, changes: made } = app.session.moments;
-    if (period === 0) return planned;
+    const { moments } = app.session;
     // A drag is many changes; played faster, they are further apart.
     const gap = DRAG * Math.max(1, app.session.speed);
-    const marked = (undone: boolean, before: string) =>
-      gathered(
-        made.filter((each) => each.undone === undone),
-        gap,
-      ).map(({ time, set }) => ({ time, label: `${before}${labelOf(set)}` }));
-    const changes = [...marked(false, ''), ...marked(true, 'undo ')];
-    return [...planned, ...changes, ...pushes].sort((a, b) => a.time - b.time);
+    const changes = gathered(moments.changes, gap).map(({ time, set, undone, by }) => {
+      const label = `${undone ? 'undo ' : ''}${labelOf(set)}${person.other(by)}`;
+      return { time, label };
+    });
+    const others = [...moments.of('push'), ...moments.of('stop')].map(({ time, event }) => {
+      const what = event.kind === 'push' ? `push ${event.axis}` : 'STOP';
+      return { time, label: what + person.other(event.by) };
+    });
+    const laws = moments.of('law').map(({ time, event }) => ({ time, label: lawMark(event) }));
+    return [...planned, ...changes, ...others, ...laws].sort((a, b) => a.time - b.time);
   });
+
+  override get clock(): readonly Moment[] {
+    if (app.mode === 'whatif') return [];
+    const { events, period } = app.session.moments;
+    const marks = clockMarks(events, (by) => person.other(by));
+    return marks.map(({ tick, label }) => ({ time: tick * period, label }));
+  }
 
   get channels(): readonly Channel[] {
     return app.session.channels;
@@ -102,7 +119,9 @@ class View extends TimeView {
 
   /** Columns of the stream: all but those that are computed, and what these are computed from. */
   readonly streamed: readonly string[] = $derived.by(() => {
-    const { columns, computed } = this;
+    const { computed } = this;
+    const more = this.pictured.filter((column) => !this.columns.includes(column));
+    const columns = more.length > 0 ? [...this.columns, ...more] : this.columns;
     if (!columns.some(isMath)) return columns;
     const sources = computed.flatMap(({ channels }) => channels);
     return [...new Set([...columns.filter((column) => !isMath(column)), ...sources])];
@@ -125,8 +144,8 @@ class View extends TimeView {
   }
 
   get source(): SampleSource | null {
-    if (app.mode === 'whatif') return app.whatif.over(this.range);
-    return this.captured?.source ?? this.coming;
+    if (this.captured) return this.captured.source;
+    return app.mode === 'whatif' ? app.whatif.over(this.range) : this.coming;
   }
 
   override get coming(): SampleSource | null {
@@ -146,40 +165,51 @@ class View extends TimeView {
     return info && { session: info.id, timeline: info.timeline };
   }
 
-  async keep(capture: Capture, note: string, automatic: boolean): Promise<string> {
-    const { origin, ticks, time } = capture;
-    let run = '';
-    if (!origin) return run;
-    const { session, timeline } = origin;
-    await app.try(async () => {
-      const [from_tick, to_tick] = ticks;
-      const name = `${app.scenario?.name ?? 'capture'} at ${digits(time, 7)} s`;
-      const body = { from_tick, to_tick, timeline, name, note, automatic };
-      try {
-        ({ id: run } = await app.api.keepCapture(session, body));
-      } catch (error) {
-        throw new Error(captureErrorText(error), { cause: error });
-      }
-    });
-    return run;
+  resolution(axis: Axis): number {
+    return app.scenario?.plant[axis].encoder.resolution ?? 0;
   }
 
-  /** What a trigger has captured of the session, and shows. */
+  async keep({ origin, ticks, tick }: Capture, about: About): Promise<Run> {
+    if (demo !== null) throw new Error(NEEDS_SERVER);
+    const [from_tick, to_tick] = ticks;
+    const { note, columns, automatic } = about;
+    const body = { from_tick, to_tick, trigger_tick: tick, columns, note };
+    try {
+      if (origin) {
+        const { session, timeline } = origin;
+        return await app.api.keepCapture(session, { ...body, timeline, automatic });
+      }
+      const { question } = app.whatif.answer ?? {};
+      if (!question) throw new Error('There is no what-if to keep it of.');
+      const { scenario, set } = question;
+      return await app.api.json('post', '/whatif/captures', { body: { scenario, set, ...body } });
+    } catch (error) {
+      throw new Error(captureErrorText(error), { cause: error });
+    }
+  }
+
+  async copyLink(): Promise<void> {
+    const { copyLink } = await import('../copy-link');
+    await copyLink();
+  }
+
+  /** The capture that is shown in place of the session or the what-if. */
   private get captured(): Capture | null {
-    return app.mode === 'live' ? this.trigger.shown : null;
+    const { shown } = this.trigger;
+    return shown?.apart ? shown : null;
   }
 
   /** What the time axis covers by itself: the window of the metrics, or the newest samples. */
   get home(): Range {
-    if (app.mode === 'whatif') return app.whatif.home ?? { from: 0, to: this.span };
     if (this.captured) return this.captured.range;
+    if (app.mode === 'whatif') return app.whatif.home ?? { from: 0, to: this.span };
     const to = Math.max(this.live.last * this.live.step, this.span);
     return { from: to - this.span, to };
   }
 
   get extent(): Range {
-    if (app.mode === 'whatif') return app.whatif.extent ?? this.home;
     if (this.captured) return this.captured.range;
+    if (app.mode === 'whatif') return app.whatif.extent ?? this.home;
     const { live } = this;
     const from = live.first * live.step;
     // A young session does not fill its time axis yet.
@@ -192,10 +222,11 @@ class View extends TimeView {
   }
 
   override get overview() {
-    if (app.mode === 'live')
-      return { source: this.captured?.source ?? this.live, range: this.extent };
-    const { whole } = app.whatif;
-    return whole && { source: whole.source, range: this.extent };
+    if (this.captured) return { source: this.captured.source, range: this.extent };
+    if (app.mode === 'live') return { source: this.live, range: this.extent };
+    // Its place is taken from the start: scopes keep theirs when the whole run has come.
+    const source = app.whatif.whole?.source ?? this.source;
+    return source && { source, range: this.extent };
   }
 
   /** The moment of the readouts: the second cursor, else under the pointer, else the newest. */
@@ -223,7 +254,7 @@ class View extends TimeView {
     return banded ? `▒ 5–95 %, min–max of ${study?.result?.cases} plants` : '';
   };
 
-  override readonly whyOf = ({ column }: Peak): (() => void) | null => {
+  override readonly whyOf = (column: string): (() => void) | null => {
     const [, variant, axis] = FOLLOWING_ERROR.exec(column) ?? [];
     if (!variant || !axis || !onDemand.canAskWhy) return null;
     return () => void onDemand.askWhy({ variant, axis: axis as Axis });
@@ -251,7 +282,7 @@ class View extends TimeView {
   }
 
   protected override looked(): void {
-    if (app.mode === 'whatif') app.whatif.look(this.range);
+    if (app.mode === 'whatif' && !this.captured) app.whatif.look(this.range);
   }
 
   setStatistic(statistic: Statistic): void {

@@ -1,6 +1,6 @@
 import { expect, it } from 'vitest';
 import type { Why } from '../../../app/api/types';
-import { mendText, NOW, questionText, whyRows } from './why-text';
+import { mendText, mendTitle, NOW, questionText, whyRows } from './why-text';
 
 const WHY = {
   variant: 'B',
@@ -32,6 +32,7 @@ it('asks and answers in words', () => {
   expect(questionText(live, 141)).toBe('Why does B err by 10.0 µm on y at 139.522 s?');
   expect(questionText({ ...live, period: null }, 141)).toMatch(/ at 4\.522 s\?$/);
   const mend = {
+    reaches: true,
     label: 'k_p y',
     factor: 1.5,
     window_error: 4e-6,
@@ -42,6 +43,11 @@ it('asks and answers in words', () => {
     head: 'k_p y × 1.50',
     rest: '4.00 µm over the window, GM 6.02 dB, PM 45.0°',
   });
+  const small = { ...WHY, mend: { ...mend, window_error: 0.755e-6 } } as unknown as Why;
+  expect(mendText(small).rest).toMatch(/^0\.755 µm over the window/); // as in the table
   const eased = { ...WHY, mend: { ...mend, eased: true } } as unknown as Why;
   expect(mendText(eased).rest).toMatch(/, beyond a limit, as now$/);
+  expect(mendTitle(eased)).toBe('The smallest change that makes no margin worse');
+  const near = { ...WHY, mend: { ...mend, reaches: false } } as unknown as Why;
+  expect(mendTitle(near)).toBe('Nothing tried reaches 5.00 µm; what comes nearest');
 });

@@ -57,10 +57,24 @@ export function questionText(why: Why, near: number | null = null): string {
   return `Why does ${why.variant} err by ${among(why.peak, unit)} ${unit.unit} on ${why.axis} at ${Number(time.toFixed(3))} s?`;
 }
 
-/** The smallest change that mends it, with what it reaches; why there is none. */
-export function mendText({ mend, goal, why_not, tried }: Why): { head: string; rest: string } {
+/** What the change that is offered is: it mends the peak, or comes nearest to it. */
+export function mendTitle(why: Why): string {
+  const { mend, goal } = why;
+  if (!mend) return 'No change';
+  if (!mend.reaches) {
+    const scale = unitOf(why);
+    return `Nothing tried reaches ${among(goal, scale)} ${scale.unit}; what comes nearest`;
+  }
+  return mend.eased
+    ? 'The smallest change that makes no margin worse'
+    : 'The smallest change within the margins';
+}
+
+/** The change that is offered, with what it reaches; why there is none. */
+export function mendText(why: Why): { head: string; rest: string } {
+  const { mend, goal, why_not, tried } = why;
   if (!mend && tried === 0) return { head: '', rest: why_not };
-  const scale = scaleFor(goal, 'm');
+  const scale = unitOf(why);
   const target = `${among(goal, scale)} ${scale.unit}`;
   if (!mend) return { head: `Nothing found that reaches ${target}.`, rest: why_not };
   const times = mend.factor === null ? '' : ` × ${digits(mend.factor, 3)}`;

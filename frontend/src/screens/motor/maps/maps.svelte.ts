@@ -39,7 +39,7 @@ class Maps extends InstantForm<Shown> {
   /** Whether the field that is drawn is older than what is asked for. */
   solving = $state(false);
   fieldProblem = $state('');
-  /** The job whose map was shown; of jobs that are only resumed none is. */
+  /** The job whose map was shown; of jobs that were done when the page was loaded none is. */
   private handled: string | null = null;
   private solver: ReturnType<typeof setTimeout> | undefined;
   private readonly fields = new LatestWins<object>((body) => this.runField(body));
@@ -57,7 +57,7 @@ class Maps extends InstantForm<Shown> {
     else this.ask();
     await app.try(() => this.job.resume());
     const { report } = this.job;
-    this.handled = report?.state === 'done' ? report.id : '';
+    this.handled ??= report?.state === 'done' ? report.id : '';
   }
 
   /** Shows the map of a job that is done, once. */
@@ -133,7 +133,23 @@ class Maps extends InstantForm<Shown> {
   }
 
   protected override async request(): Promise<Shown> {
+    const known = this.known();
+    if (known) return { ...(await app.api.map(known.name)), preview: false };
     return { ...(await app.api.previewMap(this.geometry)), preview: true };
+  }
+
+  /** The computed map of the geometry of the form; none where a preview is what is wanted. */
+  private known(): MapEntry | undefined {
+    const accuracy = this.value('preset');
+    if (accuracy === 'preview') return undefined;
+    const same = (this.library.entries ?? []).filter(
+      ({ preset, geometry }) =>
+        preset !== 'preview' &&
+        Object.entries(geometry).every(
+          ([name, value]) => (this.geometry[name] ?? this.usual(`geometry.${name}`)) === value,
+        ),
+    );
+    return same.find(({ preset }) => preset === accuracy) ?? same[0];
   }
 
   protected override show(map: Shown): void {

@@ -4,14 +4,20 @@ import {
   bodyOf,
   commandOf,
   curlOf,
-  EXACT,
+  USUAL,
   howOf,
   lastBeforeStop,
   patternsOf,
   swapped,
   type How,
-} from './compare-request';
-import { lettersOf, shareNone, withoutVariants, withVariant } from './compared-variants';
+} from '../../../parts/compare/compare-request';
+import {
+  comparedVariant,
+  lettersOf,
+  shareNone,
+  withoutVariants,
+  withVariant,
+} from './compared-variants';
 import {
   beyondText,
   countsOf,
@@ -22,8 +28,8 @@ import {
   reasonText,
   sortedBy,
   toleranceText,
-} from './channel-verdicts';
-import { ComparisonWindow } from './comparison-window';
+} from '../../../parts/compare/channel-verdicts';
+import { ComparisonWindow } from '../../../parts/compare/comparison-window';
 import { differsFrom, setDifferently } from './scenario-text';
 
 const HOW: How = {
@@ -31,6 +37,7 @@ const HOW: How = {
   offset: 0,
   samples: 'intersection',
   tolerance: { absolute: 1e-9, relative: 0.01, time: 0.002 },
+  exact: false,
   rules: { "*.x.it's": { absolute: 1e-6, relative: 0, time: 0, interpolation: 'hold' } },
   start: 0.5,
   end: 10,
@@ -38,16 +45,16 @@ const HOW: How = {
   variants: { M: 'B' },
 };
 
-it('an address brings back what was asked for, and nonsense asks for equal values', () => {
+it('an address brings back what was asked for, and nonsense asks for what is usual', () => {
   expect(howOf(JSON.stringify(bodyOf(HOW)))).toEqual(HOW);
-  expect(bodyOf(EXACT)).toEqual({});
+  expect(bodyOf(USUAL)).toEqual({});
   for (const text of [
     '',
     '{}',
     '3',
-    '{"align":"place","tolerance":{"absolute":-1,"time":"x"},"start":"0","variants":{"M":1,"m":"B"}}',
+    '{"align":"place","exact":1,"tolerance":3,"start":"0","variants":{"M":1,"m":"B"}}',
   ]) {
-    expect(howOf(text)).toEqual(EXACT);
+    expect(howOf(text)).toEqual(USUAL);
   }
 });
 
@@ -57,22 +64,25 @@ it('command and request say exactly the same', () => {
       "--time-tolerance 0.002 --tolerance '*.x.it'\\''s=0.000001,0,0' " +
       "--interpolation '*.x.it'\\''s=hold' --only 'B.*' --variant M=B",
   );
-  expect(commandOf({ ...EXACT, offset: -1e-7 }, 'r-a', 'r-b')).toBe(
+  expect(commandOf({ ...USUAL, offset: -1e-7 }, 'r-a', 'r-b')).toBe(
     'motionlab compare r-a r-b --offset=-1e-7',
   );
-  expect(curlOf(EXACT, 'r-a', 'r-b', 'http://h')).toBe(
+  expect(commandOf({ ...USUAL, exact: true }, 'r-a', 'r-b')).toBe(
+    'motionlab compare r-a r-b --exact',
+  );
+  expect(curlOf(USUAL, 'r-a', 'r-b', 'http://h')).toBe(
     'curl -s -H \'Content-Type: application/json\' -d \'{"a":"r-a","b":"r-b"}\' http://h/api/v1/runs/compare',
   );
 });
 
 it('exchanged runs are compared alike', () => {
-  const how = { ...EXACT, offset: 0.25, start: 1, variants: { M: 'B' } };
-  const other = { ...EXACT, offset: -0.25, start: 0.75, variants: { B: 'M' } };
+  const how = { ...USUAL, offset: 0.25, start: 1, variants: { M: 'B' } };
+  const other = { ...USUAL, offset: -0.25, start: 0.75, variants: { B: 'M' } };
   expect(swapped(how)).toEqual(other);
   expect(swapped(other)).toEqual(how);
-  expect(swapped(EXACT)).toEqual(EXACT);
-  expect(swapped({ ...EXACT, align: 'index', start: 1, end: 2 })).toEqual({
-    ...EXACT,
+  expect(swapped(USUAL)).toEqual(USUAL);
+  expect(swapped({ ...USUAL, align: 'index', start: 1, end: 2 })).toEqual({
+    ...USUAL,
     align: 'index',
   });
 });
@@ -110,33 +120,30 @@ const CHANNEL: ChannelComparison = {
   at: { time: 1.5, candidate_time: 1.5, lap: null, arc: null },
   beyond: 0,
   rms: 0.1,
+  range: 20,
   compared: 10,
   single: 0,
 };
 const channel = (rest: Partial<ChannelComparison>): ChannelComparison => ({ ...CHANNEL, ...rest });
 const none = { largest: null, at: null, beyond: null, rms: null };
-const comparisonOf = (channels: ChannelComparison[], note = ''): Comparison => {
-  const within = channels.filter(({ verdict }) => verdict === 'within').length;
-  return { channels, within, holds: within === channels.length, note } as Comparison;
-};
+it('the verdict is a sentence', () => {
+  const comparison = { headline: 'agrees within 1.4 % RMS on 6 of 6', holds: true } as Comparison;
+  const text = 'Agrees within 1.4 % RMS on 6 of 6.';
+  expect(headlineOf(comparison)).toEqual({ text, holds: true });
+});
+
+it('B is drawn, or what both have', () => {
+  const of = (...letters: string[]) => ({
+    columns: letters.map((letter) => ({ name: `${letter}.x.thrust` })),
+  });
+  expect(comparedVariant([of('A', 'B'), of('A', 'B')], {})).toEqual(['B', 'B']);
+  expect(comparedVariant([of('A', 'B'), of('M')], { M: 'B' })).toEqual(['B', 'M']);
+  expect(comparedVariant([of('A'), of('B')], {})).toBeNull();
+});
 
 it('what was not compared never looks like a pass', () => {
   const missing = channel({ name: 'a', verdict: 'missing', candidate_unit: null, ...none });
   const out = channel({ name: 'b', verdict: 'out-of-tolerance', beyond: 0.0001 });
-  expect(headlineOf(comparisonOf([CHANNEL]))).toEqual({
-    text: 'All 1 channels hold',
-    rest: '',
-    holds: true,
-  });
-  const all = headlineOf(comparisonOf([CHANNEL, missing, out]));
-  expect(all).toEqual({
-    text: '1 of 3 channels hold',
-    rest: '1 beyond tolerance, 1 not compared',
-    holds: false,
-  });
-  expect(headlineOf(comparisonOf([missing], 'paths differ')).text).toBe(
-    'Nothing could be compared',
-  );
   expect(countsOf([CHANNEL, missing, out]).map(([verdict]) => verdict)).toEqual([
     'out-of-tolerance',
     'missing',
@@ -173,12 +180,12 @@ it('figures are short, and exact in the file', () => {
   const place = { time: 1.5, candidate_time: 1.5 };
   expect(placeText({ ...place, lap: null, arc: null })).toBe('1.5000 s');
   expect(placeText({ ...place, lap: 1, arc: 0.0125 })).toBe('lap 2, 12.50 mm');
-  expect(csvOf(comparisonOf([channel({ name: 'a "b", c' })])).split('\n')[1]).toBe(
+  expect(csvOf({ channels: [channel({ name: 'a "b", c' })] } as Comparison).split('\n')[1]).toBe(
     '"a ""b"", c",N,within,0,0,0,linear,-0.5,1.5,1.5,,,0,0.1,10,0',
   );
-  expect(csvOf(comparisonOf([channel({ name: '=1+1', unit: '@V' })])).split('\n')[1]).toMatch(
-    /^'=1\+1,'@V,within,/,
-  );
+  expect(
+    csvOf({ channels: [channel({ name: '=1+1', unit: '@V' })] } as Comparison).split('\n')[1],
+  ).toMatch(/^'=1\+1,'@V,within,/);
 });
 
 it('a list tells what differs from the baseline, where it can be told', () => {
@@ -240,11 +247,11 @@ it('a comparison can end before the first STOP', () => {
   const going = { period: 0.0005, events: [] };
   const stop = { tick: 4001, kind: 'stop' } as unknown as RunDetail['events'][number];
   const stopped = { period: 0.0005, events: [stop] };
-  expect(lastBeforeStop(EXACT, [going, going])).toBeNull();
-  expect(lastBeforeStop(EXACT, [going, stopped])).toBe(2);
-  expect(lastBeforeStop({ ...EXACT, offset: 0.5 }, [going, stopped])).toBe(2.5);
-  expect(lastBeforeStop({ ...EXACT, offset: 0.5 }, [stopped, stopped])).toBe(2);
-  expect(lastBeforeStop({ ...EXACT, end: 2 }, [going, stopped])).toBeNull();
-  expect(lastBeforeStop({ ...EXACT, start: 3 }, [going, stopped])).toBeNull();
-  expect(lastBeforeStop({ ...EXACT, align: 'index' }, [going, stopped])).toBeNull();
+  expect(lastBeforeStop(USUAL, [going, going])).toBeNull();
+  expect(lastBeforeStop(USUAL, [going, stopped])).toBe(2);
+  expect(lastBeforeStop({ ...USUAL, offset: 0.5 }, [going, stopped])).toBe(2.5);
+  expect(lastBeforeStop({ ...USUAL, offset: 0.5 }, [stopped, stopped])).toBe(2);
+  expect(lastBeforeStop({ ...USUAL, end: 2 }, [going, stopped])).toBeNull();
+  expect(lastBeforeStop({ ...USUAL, start: 3 }, [going, stopped])).toBeNull();
+  expect(lastBeforeStop({ ...USUAL, align: 'index' }, [going, stopped])).toBeNull();
 });

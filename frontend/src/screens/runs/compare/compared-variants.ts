@@ -49,3 +49,16 @@ export function withVariant(
   // What keeps its letter is not said.
   return Object.fromEntries([...targets].filter(([letter, mapped]) => letter !== mapped));
 }
+
+/** Returns the variants of 1 and 2 whose paths are drawn: B, else what both have; null without one. */
+export function comparedVariant(
+  runs: readonly Pick<RunDetail, 'columns'>[],
+  letters: Letters,
+): readonly [string, string] | null {
+  const [one, two] = runs.map(lettersOf);
+  if (!one || !two) return null;
+  const pairs = two
+    .map((own) => [letters[own] ?? own, own] as const)
+    .filter(([target]) => one.includes(target));
+  return pairs.find(([target]) => target === 'B') ?? pairs[0] ?? null;
+}

@@ -10,15 +10,20 @@ import { runs } from '../runs.svelte';
 import { baseline } from '../baseline.svelte';
 import {
   bodyOf,
-  EXACT,
+  USUAL,
   howOf,
   lastBeforeStop,
   swapped,
   type How,
   type Rule,
-} from './compare-request';
+} from '../../../parts/compare/compare-request';
 import { lettersOf } from './compared-variants';
-import { VERDICTS, type Sorting, type Verdict } from './channel-verdicts';
+import {
+  GRAVEST_FIRST,
+  VERDICTS,
+  type Sorting,
+  type Verdict,
+} from '../../../parts/compare/channel-verdicts';
 
 /** What is drawn at first, where both have it. */
 const FIRST = ['B.x.following_error', 'A.x.following_error', 'M.x.following_error'];
@@ -30,11 +35,10 @@ interface Question {
 }
 
 class ComparisonOfTwo {
-  how = $state.raw<How>(EXACT);
+  how = $state.raw<How>(USUAL);
   channel = $state('');
   verdict = $state<Verdict | ''>('');
-  /** The gravest first, as the server lists them among equals. */
-  sorting = $state.raw<Sorting>({ by: 'verdict', down: false });
+  sorting = $state.raw<Sorting>(GRAVEST_FIRST);
   answer = $state.raw<Comparison | null>(null);
   busy = $state(false);
   /** What is wrong as a whole, and with one field of the request. */
@@ -69,6 +73,14 @@ class ComparisonOfTwo {
       this.known && [lettersOf(this.known[0]), lettersOf(this.known[1])],
   );
 
+  /** Names of the channels that both have; of variants, those of 1. */
+  readonly channelsOfBoth = $derived.by((): readonly string[] => {
+    const [one, two] = (this.known ?? []).map(({ columns }) =>
+      columns.map(({ name = '' }) => name),
+    );
+    return (one ?? []).filter((name) => two?.some((other) => alike(name, other)));
+  });
+
   /** Time of 1 up to which neither run was stopped, where they are compared beyond it. */
   readonly beforeStop = $derived(this.known && lastBeforeStop(this.how, this.known));
 
@@ -91,7 +103,7 @@ class ComparisonOfTwo {
     else if (ids.length !== 2) return;
     else if (second === base && base !== '') runs.select([base, first]);
     // A tolerance for one pair says nothing of another.
-    if (this.chosenFor !== pairText()) this.how = EXACT;
+    if (this.chosenFor !== pairText()) this.how = USUAL;
     this.chosenFor = pairText();
     this.opened = true;
     this.tell();
@@ -112,6 +124,15 @@ class ComparisonOfTwo {
   change(how: Partial<How>): void {
     this.how = { ...this.how, ...how };
     this.tell();
+  }
+
+  /** Compares further channels, besides those that are compared now. */
+  add(pattern: string): void {
+    const { how, answer } = this;
+    if (pattern === '' || how.only.includes(pattern)) return;
+    const present = how.exact ? [] : (answer?.channels.map(({ name }) => name) ?? []);
+    const only = how.only.length > 0 ? how.only : present;
+    this.change({ only: only.includes(pattern) ? only : [...only, pattern] });
   }
 
   setRule(pattern: string, rule: Rule | null): void {
@@ -174,9 +195,19 @@ class ComparisonOfTwo {
     const drawn = channels.filter(({ at }) => at !== null);
     if (drawn.some(({ name }) => name === this.channel)) return;
     const first = FIRST.find((name) => drawn.some((each) => each.name === name));
-    const worst = drawn.find(({ verdict }) => VERDICTS[verdict].look === 'bad') ?? drawn[0];
-    this.channel = first ?? worst?.name ?? '';
+    const share = ({ largest, range }: (typeof drawn)[number]) =>
+      Math.abs(largest ?? 0) / (range || 1);
+    const [worst] = drawn
+      .filter(({ verdict }) => VERDICTS[verdict].look === 'bad')
+      .sort((a, b) => share(b) - share(a));
+    this.channel = worst?.name ?? first ?? drawn[0]?.name ?? '';
   }
+}
+
+/** Whether two names are of one channel, whatever the variants. */
+function alike(one: string, other: string): boolean {
+  const of = (name: string) => name.replace(/^[A-Z]\./, '');
+  return of(one) === of(other);
 }
 
 function pairText(): string {

@@ -33,7 +33,7 @@ export function largeActions(): Record<string, () => void> {
   };
   const scopes = Array.from(
     { length: 9 },
-    (_, i) => [String(i + 1), on((curves) => curves.layout.maximise(i))] as const,
+    (_, i) => [String(i + 1), on((curves) => curves.layout.forward(i))] as const,
   );
   return {
     ...Object.fromEntries(scopes),

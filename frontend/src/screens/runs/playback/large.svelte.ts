@@ -1,6 +1,7 @@
 /** Whether one run is shown over the whole width, and its curves. */
 
 import { overlay } from '../../../parts/overlay/overlay.svelte';
+import { writeOverlay } from '../../../parts/overlay/overlay-address';
 import { fromAddress, setAddress } from '../../../app/storage';
 import { runs } from '../runs.svelte';
 import type { PlayedCurves } from './played-curves.svelte';
@@ -25,6 +26,18 @@ class Large {
     this.show('');
   }
 
+  /** The address that shows the run as it is. */
+  get link(): string {
+    const { id, curves } = this;
+    const url = new URL(location.pathname, location.href);
+    const overlaid = writeOverlay(overlay.list);
+    const parameters = { screen: 'runs', run: id, large: id, overlay: overlaid };
+    for (const [key, value] of Object.entries({ ...parameters, curves: curves?.lookText ?? '' })) {
+      if (value !== '') url.searchParams.set(key, value);
+    }
+    return url.href;
+  }
+
   readAddress(): void {
     const id = fromAddress('large') ?? '';
     const selected = (fromAddress('run') ?? id).split(',');
@@ -33,7 +46,7 @@ class Large {
 
   private show(id: string): void {
     this.id = id;
-    setAddress({ large: id });
+    setAddress({ large: id, curves: '' });
   }
 }
 

@@ -6,12 +6,22 @@ import type { Range } from '../../../plot/range';
 import { behind, type Underlay } from '../../../plot/run-overlay';
 import { LAYOUTS, retargeted, type Scope } from '../../../plot/scope-catalog';
 import type { ScopeSpec } from '../../../plot/scope-layout';
+import { lookOf, readLook, rounded, takeLook, type Look } from '../../../scopes/look';
 import { RunCurves } from '../run-curves.svelte';
 import { errorScopes, pageOf, planePage, withoutPlane } from '../run-window';
 import { advanced, otherSpeed } from './playback';
 
 /** Steps of the keys, as a share of what is visible. */
 const STEP = 0.01;
+
+interface PlayedLook extends Look {
+  /** The moment that is played. */
+  at?: unknown;
+  of?: unknown;
+  scopes?: unknown;
+  layout?: unknown;
+  open?: unknown;
+}
 
 export class PlayedCurves extends RunCurves {
   playing = $state(false);
@@ -24,7 +34,29 @@ export class PlayedCurves extends RunCurves {
     super(run, 'runs.large.layout');
     const variant = run.variants.includes('B') ? 'B' : (run.variants[0] ?? '');
     this.subject = { variant, axis: 'x' };
-    this.cursors = [0];
+  }
+
+  /** How it is looked at, as an address has it. */
+  get lookText(): string {
+    const { layout, subject } = this;
+    return JSON.stringify({
+      ...lookOf(this),
+      at: rounded(this.now),
+      of: [subject.variant, subject.axis],
+      ...layout.parameters,
+    });
+  }
+
+  /** Takes what an address says; what is damaged is left out. */
+  takeLook(text: string): void {
+    const look = readLook<PlayedLook>(text);
+    const { of, at, scopes, layout, open } = look;
+    if (Array.isArray(of) && this.run.variants.includes(String(of[0]))) {
+      this.subject = { variant: String(of[0]), axis: of[1] === 'y' ? 'y' : 'x' };
+    }
+    this.layout.readParameters({ scopes, layout, open });
+    takeLook(this, look);
+    this.now = Math.min(this.end, Math.max(0, Number(at) || 0));
   }
 
   /** Time of the last sample. */
@@ -53,7 +85,6 @@ export class PlayedCurves extends RunCurves {
   seek(time: number): void {
     const now = Math.min(this.end, Math.max(0, time));
     this.now = now;
-    this.cursors = [now];
     const { zoom } = this;
     if (!zoom || (now >= zoom.from && now <= zoom.to)) return;
     const length = zoom.to - zoom.from;
@@ -92,20 +123,25 @@ export class PlayedCurves extends RunCurves {
     if (ended) this.playing = false;
   }
 
+  /** The moment of the readings: of two cursors the second, as in the Lab, until one goes elsewhere. */
   override get moment(): number {
-    return this.playing ? this.now : (this.hover ?? this.now);
+    const { playing, now, cursors } = this;
+    return playing || cursors[1] === now ? now : (this.hover ?? now);
+  }
+
+  /** The moment that is played, where no cursor stands. */
+  override get playhead(): number | null {
+    return this.cursors.includes(this.now) ? null : this.now;
   }
 
   override setCursor(time: number): void {
-    this.seek(time);
+    super.setCursor(time);
+    if (this.cursors.length > 0) this.seek(time);
   }
 
-  override dragCursor(_: number, time: number): void {
+  override dragCursor(index: number, time: number): void {
+    super.dragCursor(index, time);
     this.seek(time);
-  }
-
-  override reset(): void {
-    this.look(null);
   }
 
   override readonly behind = (scope: Scope, range: Range): readonly Underlay[] => {
