@@ -68,7 +68,8 @@ kernels test bench: export PYTHONDONTWRITEBYTECODE =
 kernels: $(KERNELS_STAMP) ## Compile what is compiled once for all, rather than when it is first used
 
 # Kernels first; then files on two processes for each core, since many tests wait; then browsers, one
-# on each core; then, apart from all that, what keeps time. 5 is pytest's "no tests were selected".
+# on each core; then what keeps time, one after another: a loop of drives takes a core. 5 is pytest's
+# "no tests were selected".
 # A crash ends the run: xdist would wait for the tests that the process had left.
 test: $(SETUP_STAMP) $(PAGE) $(HELP) $(KERNELS_STAMP) ## Run the tests (PYTEST_ARGS="-k circle" for some)
 	@frontend/npm test --silent
@@ -78,7 +79,7 @@ test: $(SETUP_STAMP) $(PAGE) $(HELP) $(KERNELS_STAMP) ## Run the tests (PYTEST_A
 	}; \
 	run -m "not browser and not realtime" -n $(WORKERS) --dist loadfile --no-loadscope-reorder && \
 	run -m "browser and not realtime" -n $(CORES) --dist loadfile --no-loadscope-reorder $(if $(PYTEST_ARGS),,tests/e2e tests/targets) && \
-	run -m realtime -n $(CORES) --dist loadfile --no-loadscope-reorder $(if $(PYTEST_ARGS),,tests/drive tests/e2e); \
+	run -m realtime $(if $(PYTEST_ARGS),,tests/drive tests/e2e); \
 	exit $$result
 
 browser: ## Install Debian's Chromium and Firefox, for the browser tests (as root)

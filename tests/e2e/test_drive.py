@@ -41,11 +41,14 @@ def server(virtual: VirtualDrive, tmp_path_factory: pytest.TempPathFactory) -> I
     file = folder / "drive.toml"
     file.write_text(text.replace("port = 34980", f"port = {virtual.port}\nslow = {SLOW}"))
     server = Server(folder, "--drive", str(file))
-    try:
-        bring_up(f"{server.url}{API}/drive")
-        yield server
-    finally:
-        server.stop()
+    yield server
+    server.stop()
+
+
+@pytest.fixture(autouse=True)
+def _ready(server: Server) -> None:
+    """Begin with drives that are ready, whatever became of them in the test before."""
+    bring_up(f"{server.url}{API}/drive")
 
 
 def bring_up(calls: str) -> None:
