@@ -47,6 +47,7 @@ _MODULES = {
     "trajectory": ("trajectory",),
     "export_controller": ("export-controller",),
     "export_plant": ("export-plant",),
+    "challenge": ("challenge",),
     "study": (),
     "serve": ("serve", "openapi"),
     "demo": ("demo",),
