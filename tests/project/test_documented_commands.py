@@ -60,6 +60,7 @@ ELSEWHERE = {
     r"motionlab identify --run .*": "needs a run of drives: tests/drive/test_against_simulation.py",
     r"\.venv/bin/python examples/drive_ab\.py": "tests/drive/plug/test_motion.py",
     r"motionlab (check-law|run circle --laws) .*": "needs the file of a law: tests/own_laws",
+    r"motionlab challenge \S+\.py.*": "needs one too: tests/studies/challenge",
     r"motionlab vdrive( .*)?": "runs until interrupted; tests/drive/virtual/test_process.py",
     r"motionlab map( --json .*| --preset reference .*| --set g=0\.27.*)?": "minutes: test_map.py "
     "has smaller ones",

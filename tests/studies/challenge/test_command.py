@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -13,9 +14,12 @@ import pytest
 from motionlab.cli import main
 from motionlab.own_laws.template import template
 from motionlab.studies.challenge.documents import ChallengeDocument
+from tests.paths import DOCS
 from tests.studies.challenge.test_definition import DIGESTS
 
 MINE = template("mine")
+DOCS_PAGE = (DOCS / "challenge.md").read_text()
+EXAMPLE = (DOCS / "own-law.md").read_text().partition("```python\n")[2].partition("```")[0]
 
 
 def command(*words: str | Path, **variables: str) -> subprocess.CompletedProcess[str]:
@@ -24,26 +28,32 @@ def command(*words: str | Path, **variables: str) -> subprocess.CompletedProcess
     return subprocess.run(line, env=environment, capture_output=True, text=True, check=False)
 
 
-def test_a_law_of_ones_own_is_ranked_and_has_a_page(tmp_path: Path) -> None:
-    """Whole, as a stranger enters; the file wins over one of the same name elsewhere."""
+def test_laws_of_ones_own_are_ranked_and_have_a_page(tmp_path: Path) -> None:
+    """Whole, as a stranger enters; a file wins over one of the same name elsewhere."""
     (tmp_path / "mine.py").write_text(MINE)
+    (tmp_path / "super_twisting.py").write_text(EXAMPLE)
     other = tmp_path / "other.py"
     other.write_text(MINE.replace("F_c with the sign", "Something else with the sign"))
     page = tmp_path / "mine.html"
-    words = (tmp_path / "mine.py", "--set", "mine_share=0.5", "-o", page, "--json")
+    files = [tmp_path / name for name in ("mine.py", "super_twisting.py")]
+    words = (*files, "--set", "mine_share=0.5", "-o", page, "--json")
     done = command(*words, MOTIONLAB_LAWS=str(other))
     assert done.returncode == 0, done.stderr
     document = ChallengeDocument.model_validate(json.loads(done.stdout))
     assert document.digest == DIGESTS[document.challenge]
     assert len(document.titles) == 10
-    (law,) = (law for law in document.laws if law.entered)
-    assert law.label == "mine mine_share=0.5"
-    assert law.description == "F_c with the sign of the reference's velocity"
-    assert law.source is not None
-    assert law.verdict == "holds"
-    assert law.score is not None
-    assert 0.9 < law.score < 1.0, "half of F_c, where F_s is much more"
-    assert law.source in page.read_text()
+    example, mine = (law for law in document.laws if law.entered)
+    assert mine.label == "mine mine_share=0.5"
+    assert mine.description == "F_c with the sign of the reference's velocity"
+    assert mine.verdict == "holds"
+    assert mine.score is not None
+    assert 0.9 < mine.score < 1.0, "half of F_c, where F_s is much more"
+    assert mine.source is not None
+    assert mine.source in page.read_text()
+    shown = re.search(r"comes first with (\S+), with", DOCS_PAGE)
+    assert shown is not None
+    assert (example.law, example.rank, example.verdict) == ("super-twisting", 1, "holds")
+    assert example.score == pytest.approx(float(shown[1]), rel=0.01)
     assert command(*words).returncode == 2, "the page is there already"
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,7 +22,7 @@ from motionlab.studies.challenge.score import (
 
 OFF = {"x": AxisFigures(8e-6, 4e-6, 2.0, 0.1), "y": AxisFigures(4e-6, 2e-6, 1.0, 0.2)}
 LAW = {"x": AxisFigures(2e-6, 1e-6, 2.0, 0.4), "y": AxisFigures(4e-6, 2e-6, 4.0, 0.2)}
-HELD = {"diverged": 0, "stable": True, "gain_margin": 2.0, "phase_margin": 0.6}
+HELD: dict[str, Any] = {"diverged": 0, "stable": True, "gain_margin": 2.0, "phase_margin": 0.6}
 
 
 def test_the_error_is_the_mean_of_largest_and_rms_and_of_the_axes() -> None:

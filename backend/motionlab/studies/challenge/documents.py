@@ -126,7 +126,7 @@ def report(document: ChallengeDocument) -> str:
         f"challenge {document.challenge}: {len(document.titles)} scenarios, "
         f"{document.motors} motors{seed}",
         table(HEADS, [cells(law) for law in document.laws], right=range(2, 8), units=UNITS),
-        "Ratios to the law off: less is better. `motionlab docs challenge` defines them.",
+        "Ratios to the law off: less is better. docs/challenge.md defines them.",
     ]
     lines += [place_of(law, document) for law in document.laws if law.entered]
     return "\n".join(lines)
