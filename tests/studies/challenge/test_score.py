@@ -22,7 +22,6 @@ from motionlab.studies.challenge.score import (
 
 OFF = {"x": AxisFigures(8e-6, 4e-6, 2.0, 0.1), "y": AxisFigures(4e-6, 2e-6, 1.0, 0.2)}
 LAW = {"x": AxisFigures(2e-6, 1e-6, 2.0, 0.4), "y": AxisFigures(4e-6, 2e-6, 4.0, 0.2)}
-HELD: dict[str, Any] = {"diverged": 0, "stable": True, "gain_margin": 2.0, "phase_margin": 0.6}
 
 
 def test_the_error_is_the_mean_of_largest_and_rms_and_of_the_axes() -> None:
@@ -56,13 +55,18 @@ def test_a_mean_of_nothing_is_none() -> None:
     assert math.isnan(geometric_mean([]))
 
 
+def verdict(**changes: Any) -> str:
+    held: dict[str, Any] = {"diverged": 0, "stable": True, "gain_margin": 2.0, "phase_margin": 0.6}
+    return verdict_of(**held | changes)
+
+
 def test_a_verdict_is_the_worst_that_holds_of_a_law() -> None:
-    assert verdict_of(**HELD) == "holds"
-    assert verdict_of(**HELD | {"gain_margin": 1.99}) == "short of margins"
-    assert verdict_of(**HELD | {"phase_margin": math.radians(29.9)}) == "short of margins"
-    assert verdict_of(**HELD | {"gain_margin": math.inf, "phase_margin": math.inf}) == "holds"
-    assert verdict_of(**HELD | {"stable": False, "gain_margin": 1.0}) == "without margins"
-    assert verdict_of(**HELD | {"diverged": 1, "stable": False}) == "diverges"
+    assert verdict() == "holds"
+    assert verdict(gain_margin=1.99) == "short of margins"
+    assert verdict(phase_margin=math.radians(29.9)) == "short of margins"
+    assert verdict(gain_margin=math.inf, phase_margin=math.inf) == "holds"
+    assert verdict(stable=False, gain_margin=1.0) == "without margins"
+    assert verdict(diverged=1, stable=False) == "diverges"
 
 
 def test_a_law_that_holds_ranks_above_any_that_does_not() -> None:
