@@ -36,7 +36,7 @@ def add(commands: Any) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
-        "laws",
+        "entrants",
         metavar="LAW",
         nargs="*",
         help="file of a law of one's own, .py, or name of a law; left out: those that ship alone",
@@ -57,7 +57,7 @@ def _challenge(options: argparse.Namespace) -> int:
         check_output(options.out, ".html", overwrite=options.overwrite)
     if options.seed is not None and options.seed < 0:
         raise ConfigError(FieldError("--seed", "is negative", options.seed, ">= 0", "1"))
-    names = taken(options.laws)
+    names = taken(options.entrants)
     # Only now: with the laws come the files.
     from motionlab.config.changes import parse_assignments
     from motionlab.executors.executor import executing

@@ -86,3 +86,12 @@ def test_other_words_are_refused(
 ) -> None:
     assert main(["challenge", *words]) == 2
     assert complaint in capsys.readouterr().err
+
+
+def test_a_law_of_a_folder_is_entered_by_its_name(tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text(MINE)
+    done = command("mine", "--laws", tmp_path, "--set", "mine_share=9")
+    assert done.returncode == 2
+    assert done.stderr.splitlines()[-1].endswith(
+        ".compensation.mine_share: is out of range; got 9; allowed >= 0 and <= 2"
+    )
