@@ -87,6 +87,44 @@ class GainsConfig(Config):
     )
 
 
+class SubdivisionConfig(Config):
+    """What a controller knows of its encoder's sub-divisional error, and takes off each reading.
+
+    ``S sin(2 pi p/period) + C cos(2 pi p/period)``; learnt from laps: docs/learning.md.
+    """
+
+    sine: float = quantity(
+        "Amplitude of the known error's sine",
+        label="known error, sine",
+        shown="nm",
+        unit="m",
+        source=OURS,
+        default=0.0,
+        ge=-1e-5,
+        le=1e-5,
+    )
+    cosine: float = quantity(
+        "Amplitude of the known error's cosine",
+        label="known error, cosine",
+        shown="nm",
+        unit="m",
+        source=OURS,
+        default=0.0,
+        ge=-1e-5,
+        le=1e-5,
+    )
+    period: float = quantity(
+        "Period of the scale in the controller's model",
+        label="scale period",
+        shown="\u00b5m",
+        unit="m",
+        source="20 um scales are usual for optical encoders of this class",
+        default=20e-6,
+        gt=1e-7,
+        le=1e-2,
+    )
+
+
 class AxisModelConfig(Config):
     """A controller's model of one axis."""
 
@@ -95,6 +133,11 @@ class AxisModelConfig(Config):
     )
     friction: FrictionConfig
     force_map: AnyForceMapConfig = Field(description="Thrust over position and current")
+    subdivision: SubdivisionConfig = Field(
+        default=SubdivisionConfig(),
+        title="known encoder error",
+        description="Sub-divisional error of the encoder that is corrected",
+    )
 
 
 class ModelConfig(Config):
@@ -217,6 +260,11 @@ class ControllerConfig(Config):
     compensation: CompensationConfig = CompensationConfig()
     feedforward: bool = Field(default=False, description="Add mass times reference acceleration")
     disturbance_observer: DisturbanceObserverConfig = DisturbanceObserverConfig()
+    learnt: bool = Field(
+        title="learnt force",
+        default=False,
+        description="Add the force that was learnt of the motion, if the scenario has one",
+    )
     sharing: SharingConfig = SharingConfig()
     delay: int = quantity(
         "Control periods between a measurement and the command made from it",

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Self
 from pydantic import Field, model_validator
 
 from motionlab.config.controller import ControllerConfig
+from motionlab.config.learnt_force import LearntForce
 from motionlab.config.plant import OURS, PlantConfig
 from motionlab.config.quantity import Config, Text, quantity
 from motionlab.config.trajectory import TrajectoryConfig
@@ -91,6 +92,9 @@ class Scenario(Config):
         description="Controllers by letter; B is compared with A", min_length=1, max_length=26
     )
     trajectory: TrajectoryConfig
+    learnt: LearntForce | None = Field(
+        default=None, title="learnt force", description="Force that was learnt of the motion"
+    )
     load: LoadConfig = LoadConfig()
     schedule: Annotated[tuple[EventConfig, ...], Field(strict=False, max_length=100)] = Field(
         default=(), description="Changes during the run"

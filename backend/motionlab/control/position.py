@@ -21,6 +21,7 @@ class PositionController(NamedTuple):
     observer_alpha: Lanes  # 1 - exp(-2 pi f T_s) of the disturbance observer
     delay: Lanes  # 1: a command acts one tick after its measurement; 0: at once
     ideal_force: Lanes  # 1: the plant gives any force commanded, without currents; 0: it has phases
+    learnt: Lanes  # 1: add the force that was learnt of the motion; 0: do not
 
 
 class MeasuredMotion(NamedTuple):

@@ -88,6 +88,7 @@ def step_of(law: Law) -> Callable[..., tuple[Any, Phases, Signals]]:
             current_a=0.0,
             current_b=0.0,
             current_c=0.0,
+            learnt=0.0,
         )
         motion = observe_motion(par, s, at, position)
         estimate, law_state = step_law(

@@ -26,7 +26,7 @@ from motionlab.kernel.layout import (
     state_row,
     write_state,
 )
-from motionlab.kernel.tick import tick
+from motionlab.kernel.tick import learnt_force, tick
 from motionlab.lanes import (
     WIDTH,
     Lanes,
@@ -205,7 +205,8 @@ def advance(  # noqa: PLR0913, PLR0917 - a tuple of arrays takes longer to pass
         total_squares = unpack(_PerLane, squares, 0, width).value
         for k in range(ticks):
             _gather(inputs, clock, k, block, rows)
-            s, sample = tick(par, s, unpack(Inputs, rows, 0, width), tables, laws, extra)
+            at = unpack(Inputs, rows, 0, width)
+            s, sample = tick(par, s, at, tables, laws, extra + learnt_force(par, at))
             if k > 0:  # the first error was there before the action
                 error = _capped(sample.following_error, par.limits.error)
                 total_squares = total_squares + error * error

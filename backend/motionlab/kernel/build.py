@@ -43,7 +43,7 @@ from motionlab.lanes import WIDTH
 from motionlab.lanes.bank import TABLES
 from motionlab.laws import LAWS
 from motionlab.plant.current import Amplifiers
-from motionlab.plant.encoder import Encoder
+from motionlab.plant.encoder import Encoder, Subdivision
 from motionlab.plant.friction import LuGre, steady_friction
 from motionlab.plant.magnetics import force_fraction, thrust_shape
 from motionlab.plant.mechanics import Mechanics
@@ -218,6 +218,11 @@ def lane(scenario: Scenario, controller: ControllerConfig, axis: str) -> Paramet
         notch=sampled_notch(**getattr(controller, axis).notch.model_dump()),
         compensation=Compensation(law_number(compensation.law), float(enabled)),
         model_friction=model.friction.parameters(),
+        model_subdivision=Subdivision(
+            sine=model.subdivision.sine,
+            cosine=model.subdivision.cosine,
+            period=model.subdivision.period,
+        ),
         force_model=force_model(model.force_map, controller.sharing, controller.current_limit),
         limits=Limits(error=scenario.divergence_error),
         law=_law(compensation, model.friction.parameters()),
@@ -239,6 +244,7 @@ def _position_controller(
         observer_alpha=_alpha(observer.bandwidth),
         delay=float(controller.delay),
         ideal_force=float(scenario.plant.force == "ideal"),
+        learnt=float(controller.learnt),
     )
 
 

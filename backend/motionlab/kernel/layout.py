@@ -15,7 +15,7 @@ from motionlab.force_sharing.functions import CLOSED_FORM, SharingParameters
 from motionlab.force_sharing.share import ForceModel, Sharing
 from motionlab.lanes import Lanes, compiled, pack, unpack
 from motionlab.plant.current import Amplifiers
-from motionlab.plant.encoder import Encoder
+from motionlab.plant.encoder import Encoder, Subdivision
 from motionlab.plant.friction import LuGre
 from motionlab.plant.machine import PlantState
 from motionlab.plant.magnetics import AnalyticMap
@@ -36,6 +36,7 @@ class Inputs(NamedTuple):
     current_a: Lanes  # ripple and noise of the currents, A
     current_b: Lanes
     current_c: Lanes
+    learnt: Lanes  # force that was learnt of the motion, N
 
 
 class ControllerState(NamedTuple):
@@ -122,6 +123,7 @@ class Parameters(NamedTuple):
     notch: Notch
     compensation: Compensation
     model_friction: LuGre
+    model_subdivision: Subdivision
     force_model: ForceModel
     limits: Limits
     law: LawParameters
@@ -220,6 +222,7 @@ _TABLED = [
     _NOTCH,
     _COMPENSATION,
     MODEL_FRICTION,
+    _MODEL_SUBDIVISION,
     _MODEL_FORMULA,
     _MODEL_TABLE,
     _SHARING,
@@ -246,6 +249,7 @@ def groups(parameters: NDArray[np.float64], width: Lanes) -> Parameters:
         unpack(Notch, parameters, _NOTCH, width),
         unpack(Compensation, parameters, _COMPENSATION, width),
         unpack(LuGre, parameters, MODEL_FRICTION, width),
+        unpack(Subdivision, parameters, _MODEL_SUBDIVISION, width),
         ForceModel(
             MotorMap(
                 unpack(AnalyticMap, parameters, _MODEL_FORMULA, width),

@@ -18,7 +18,7 @@ from motionlab.kernel.layout import (
     state_row,
     write_state,
 )
-from motionlab.kernel.tick import tick
+from motionlab.kernel.tick import learnt_force, tick
 from motionlab.lanes import (
     WIDE,
     WIDTH,
@@ -99,7 +99,8 @@ def _score(  # noqa: PLR0913, PLR0917 - as the tick
     for begin in range(0, ticks, CHUNK):
         end = min(begin + CHUNK, ticks)
         for k in range(begin, end):
-            s, sample = tick(par, s, axes_at(Inputs, inputs, k, width), tables, laws, None)
+            at = axes_at(Inputs, inputs, k, width)
+            s, sample = tick(par, s, at, tables, laws, learnt_force(par, at))
             record(measured(sample), samples, k - begin)
         start = max(begin, before)
         stop = min(end, before + target.shape[0])

@@ -50,7 +50,7 @@ from motionlab.lanes.bank import TABLES
 from motionlab.lanes.functions import clip
 from motionlab.laws.law import Estimate
 from motionlab.plant.current import settled_current
-from motionlab.plant.encoder import measure
+from motionlab.plant.encoder import corrected, measure
 from motionlab.plant.friction import friction_force
 from motionlab.plant.machine import IdealForce, Machine, substep
 from motionlab.plant.magnetics import Phases
@@ -82,6 +82,7 @@ class Signals(NamedTuple):
 def observe_motion(par: Parameters, s: State, at: Inputs, p_meas: Lanes) -> Any:
     """Return `Motion`: what the controller knows, and its PD force."""
     memory, acting = s.memory, s.acting
+    p_meas = corrected(par.model_subdivision, p_meas)
     last = Last(memory.p_last, memory.v_last, memory.e_last)
     motion = estimate_motion(at.p_ref, p_meas, last, s.age == 0.0)
     return Motion(
@@ -134,6 +135,12 @@ def command(  # noqa: PLR0913, PLR0917 - what a command depends on
         Command(realised, estimate.force, added, estimate.K, i.a, i.b, i.c),
         Signals(motion.error, motion.v, u, estimate.z, d, f_command, share.limited),
     )
+
+
+@compiled
+def learnt_force(par: Parameters, at: Inputs) -> Lanes:
+    """Return the force that was learnt of the motion, where a controller adds it, N."""
+    return select(par.controller.learnt > 0.0, at.learnt, 0.0)
 
 
 @compiled
@@ -366,7 +373,8 @@ def run_lanes(  # noqa: PLR0913, PLR0917 - as `tick`
     s = read_state(state, width)
     mode = flush_subnormals()
     for k in range(inputs.shape[0]):
-        s, sample = tick(par, s, axes_at(Inputs, inputs, k), tables, laws, None)
+        at = axes_at(Inputs, inputs, k)
+        s, sample = tick(par, s, at, tables, laws, learnt_force(par, at))
         record(sample, samples, k)
     restore_mode(mode)
     write_state(s, state)

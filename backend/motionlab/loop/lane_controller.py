@@ -47,11 +47,15 @@ differenced, as shares of their scale."""
 _K_P, _K_D = parameter_row("controller.k_p"), parameter_row("controller.k_d")
 _LIMIT, _IDEAL = parameter_row("controller.force_limit"), parameter_row("controller.ideal_force")
 _SHARING, _ENABLED = parameter_row("force_model.sharing.law"), parameter_row("compensation.enabled")
+_SINE, _COSINE = (parameter_row(f"model_subdivision.{name}") for name in ("sine", "cosine"))
 _P_LAST, _V_LAST, _E_LAST = (state_row(f"memory.{name}") for name in ("p_last", "v_last", "e_last"))
 _D = state_row("memory.d")
 _ACTING, _PENDING = state_row("acting.force"), state_row("pending.force")
-_ESTIMATE, _ADDED, _COMMAND = 1, 2, 4
-"""Places of the estimate and of its added part after the force, and numbers before currents."""
+_ESTIMATE, _ADDED = 1, 2
+"""Places of the estimate and of its added part after the force."""
+COMMAND_STATES = 4
+"""Numbers of a command before its currents, of which the force is the first. The last states are
+those of the acting command and of the pending one."""
 _AGE, _FAILED = state_row("age"), state_row("failed")
 _V_REF = Inputs._fields.index("v_ref")
 
@@ -95,11 +99,15 @@ _without_limits: Callable[[int, Array, int], None] = compiled(_unbounded())
 
 @compiled
 def linear_numbers(numbers: Array, k_p: float, k_d: float) -> None:
-    """Set gains, N/m and N s/m, and remove limits, sharing and tables, which no linear loop has."""
+    """Set gains, N/m and N s/m, and remove what no linear loop has: limits, sharing and tables.
+
+    A correction of the encoder changes the gain by 1 % along its period, and goes, too.
+    """
     for lane in range(numbers.shape[1]):
         numbers[_K_P, lane], numbers[_K_D, lane] = k_p, k_d
         numbers[_LIMIT, lane], numbers[_IDEAL, lane] = math.inf, 1.0
         numbers[_SHARING, lane] = CLOSED_FORM
+        numbers[_SINE, lane] = numbers[_COSINE, lane] = 0.0
         _without_limits(int(numbers[LAW_NUMBER, lane]), numbers, lane)
 
 
@@ -115,7 +123,7 @@ def _row(state: int, law_states: int) -> int:
     if k < 3:
         return _D + k
     k -= 3
-    return _ACTING + k if k < _COMMAND else _PENDING + k - _COMMAND
+    return _ACTING + k if k < COMMAND_STATES else _PENDING + k - COMMAND_STATES
 
 
 @compiled

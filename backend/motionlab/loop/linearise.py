@@ -35,6 +35,7 @@ from motionlab.lanes.bank import TABLES
 from motionlab.laws import LAWS, OWN, Law
 from motionlab.loop import lane_plant
 from motionlab.loop.lane_controller import (
+    COMMAND_STATES,
     CONTROLLER_SIZE,
     MEMORY_STATES,
     about,
@@ -109,6 +110,21 @@ class Loop:
             [np.outer(c.B, p.C), c.A],
         ]
         return np.block(closed)
+
+    def to_error(self, frequency: Array, *, delay: bool) -> Complex:
+        """Return the response of the following error, m, to a force that the controller adds, N.
+
+        ``-P S_f/(1 + L)``, where S_f is what the controller makes of knowing that force: its
+        disturbance observer takes it for its own. With `delay` it acts a period later.
+        """
+        p, c = self.plant, self.controller
+        known = np.zeros(len(c.A))
+        known[-COMMAND_STATES] = 1.0  # the pending force, and the acting one where nothing is late
+        if not delay:
+            known[-2 * COMMAND_STATES] = 1.0
+        enters = np.concatenate([p.B * (0.0 if delay else 1.0), known])
+        leaves = np.concatenate([-p.C, np.zeros(len(c.A))])
+        return StateSpace(self.closed(), enters, leaves, 0.0).response(frequency)
 
     @property
     def stable(self) -> bool:

@@ -336,7 +336,7 @@ def _shared(case: Prepared) -> object:
 
 
 def acting(scenario: Scenario) -> tuple[Any, ...]:
-    """Return the fields that determine load and noise; the seed last, None without noise."""
+    """Return the fields that determine inputs but for the motion; the seed last, if it matters."""
     axes = (scenario.plant.x, scenario.plant.y)
     noise = (
         scenario.load.noise,
@@ -348,4 +348,5 @@ def acting(scenario: Scenario) -> tuple[Any, ...]:
     ripple = tuple(
         (axis.amplifiers.ripple_amplitude, axis.amplifiers.ripple_frequency) for axis in axes
     )
-    return scenario.load, noise, ripple, scenario.seed if noisy else None
+    seed = scenario.seed if noisy else None
+    return scenario.load, noise, ripple, scenario.learnt, seed

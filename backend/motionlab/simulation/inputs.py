@@ -58,6 +58,8 @@ def page_inputs(scenario: Scenario, timeline: Timeline, page: int) -> NDArray[np
         ("p_ref", "v_ref", "a_ref", "load"), timeline.at(start, stop), strict=True
     ):
         inputs[:, _ROW[name]] = values
+    if scenario.learnt is not None:
+        inputs[:, _ROW["learnt"]] = timeline.learnt(scenario.learnt, start, stop)
     for axis, config in enumerate((scenario.plant.x, scenario.plant.y)):
 
         def draw(source: int, rms: float, axis: int = axis) -> NDArray[np.float64] | float:

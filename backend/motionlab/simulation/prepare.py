@@ -21,9 +21,10 @@ from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.errors import ConfigError, FieldError, Infeasible
 from motionlab.executors.progress import watch_compilation
 from motionlab.kernel.build import motion_limits
-from motionlab.kernel.force_maps import check_maps, map_digests
+from motionlab.kernel.force_maps import check_maps, map_digests, pole_pitch
 from motionlab.kernel.planned_motor import planned_motor
 from motionlab.simulation.inputs import load_force
+from motionlab.simulation.learnt import check_learnt
 from motionlab.telemetry.channels import CHANNELS, REFERENCES
 from motionlab.timing import CONTROL_PERIOD, to_ticks
 from motionlab.trajectories.cusps import cusp_note
@@ -113,11 +114,15 @@ def prepare(scenario: Scenario, *, checked: bool = False) -> Prepared:
     Infeasible
         With the first time and place at which the motion exceeds a limit.
     ConfigError
-        If an event, a force step or the window lies outside the run.
+        If an event, a force step or the window lies outside the run, or the learnt force is of
+        another motion.
     """
     scenario = planned(scenario)
     reference = _sampled(scenario.trajectory)
     changes = epochs(scenario)
+    if scenario.learnt is not None:
+        pitches = (pole_pitch(each.force_map) for each in (scenario.plant.x, scenario.plant.y))
+        check_learnt(scenario.learnt, reference, tuple(pitches))
     if not checked:
         _check_feasibility(scenario.trajectory, changes)
         _refuse_times_outside(scenario, changes, reference.ticks)

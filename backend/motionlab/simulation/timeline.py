@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
+from motionlab.config.learnt_force import LearntForce
+from motionlab.simulation.learnt import Lap, lap_of, over_lap
 from motionlab.timing import CONTROL_PERIOD
 from motionlab.trajectories.reference import Reference
 
@@ -59,6 +62,24 @@ class Timeline:
             if begin < stop and end > start:
                 load[max(begin - start, 0) : end - start, axis] += force
         return position, velocity, acceleration, load
+
+    def learnt(self, force: LearntForce, start: int, stop: int) -> Array:
+        """Return what was learnt of the motion over [start, stop), N, (n, 2): 0 beside its laps."""
+        ticks = np.arange(start, stop)
+        index = np.arange(self._reference.ticks)[self._index(ticks)]
+        lap = self._lap
+        values = over_lap(force, lap)[(index - lap.first) % max(lap.ticks, 1)]
+        out = index < lap.first
+        if self._repeats_from is None:
+            out |= ticks >= self._reference.ticks
+        if self._stop is not None:
+            out |= ticks >= self._stop[0]
+        values[out] = 0.0
+        return values
+
+    @functools.cached_property
+    def _lap(self) -> Lap:
+        return lap_of(self._reference)
 
     def load(self, tick: int, force: Callable[[int, int], Array]) -> None:
         """Replace the load from `tick` on by the values of `force(start, stop)`, N."""

@@ -31,7 +31,7 @@ from motionlab.kernel.layout import (
 )
 from motionlab.kernel.motion import seen
 from motionlab.kernel.score import measured
-from motionlab.kernel.tick import act, command, measured_position, observe_motion
+from motionlab.kernel.tick import act, command, learnt_force, measured_position, observe_motion
 from motionlab.lanes import Lanes, axes_at, compiled, pack, record, recorded, select, unpack
 from motionlab.lanes.bank import NUMBERS_MOST
 from motionlab.loop.family import VELOCITIES
@@ -116,7 +116,7 @@ def _advance(
         motion = observe_motion(par, s, at, measured_position(par, s, at))
         known = seen(par.controller, par.model_friction, motion)
         estimate, law_state = estimate_friction(number, par.law, law_state, known)
-        controlled = command(par, s, motion, estimate, tables, None)
+        controlled = command(par, s, motion, estimate, tables, learnt_force(par, at))
         s, sample = act(par, s, at, controlled, tables)
         record(sample, samples, k)
         s = _without_traces(s)
