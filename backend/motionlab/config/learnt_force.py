@@ -25,7 +25,7 @@ PLACES = 64
 
 _LETTERS = 4 * (-(-4 * TICKS_MAX // 3))
 _Encoded = Annotated[str, Field(max_length=_LETTERS)]
-_Place = tuple[Coordinate, Coordinate]
+_Place = Annotated[tuple[Coordinate, Coordinate], Field(strict=False)]
 
 
 class LearntForce(Config):

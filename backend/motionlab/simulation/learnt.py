@@ -19,7 +19,10 @@ Array = NDArray[np.float64]
 SHORTEST = 0.2
 """Shortest lap, s: of a shorter one there are too few ticks to learn in."""
 SAME_PLACE = 1e-6
-"""Positions that far apart, m, are those of one path."""
+"""Positions that far apart, m, are those of one path; where it moves, a control period's way more:
+laps begin at whole ticks."""
+_NANOMETRES = 9
+"""Digits of a position, m."""
 _SAME = 1e-9
 """Ticks that far apart, m, are of one lap; a lap that repeats does so to rounding."""
 
@@ -73,12 +76,15 @@ def places(reference: Reference, lap: Lap) -> tuple[tuple[float, float], ...]:
     """Return the positions of a lap by which it is known again, m."""
     phases = lap.first + np.arange(PLACES) * lap.ticks / PLACES
     ticks = np.arange(reference.ticks)
-    x, y = (np.interp(phases, ticks, reference.position[:, axis]) for axis in range(len(AXES)))
-    return tuple(zip(x.tolist(), y.tolist(), strict=True))
+    x, y = (
+        (np.interp(phases, ticks, reference.position[:, axis]).round(_NANOMETRES) + 0.0).tolist()
+        for axis in range(len(AXES))
+    )
+    return tuple(zip(x, y, strict=True))
 
 
-def check_learnt(force: LearntForce, reference: Reference, pitch: tuple[float, float]) -> None:
-    """Refuse a force that was learnt of another motion.
+def check_learnt(force: LearntForce, reference: Reference, pitch: tuple[float, ...]) -> str:
+    """Refuse a force that was learnt of another motion; return what a user must know of it.
 
     A lap of another length is the same motion where its positions are, phase by phase; so is one
     that is moved by whole pole pitches, `pitch`, m.
@@ -94,17 +100,25 @@ def check_learnt(force: LearntForce, reference: Reference, pitch: tuple[float, f
     whole = np.round(shift / pitch) * pitch
     distance = np.abs(away - whole).max(axis=1)
     worst = int(distance.argmax())
-    if distance[worst] > SAME_PLACE:
+    allowed = SAME_PLACE + CONTROL_PERIOD * float(np.abs(reference.velocity).max())
+    if distance[worst] > allowed:
         raise ConfigError(
             FieldError(
                 "learnt",
                 f"was learnt of another motion, which is elsewhere at {100 * worst / PLACES:.0f} % "
                 "of the lap: learn this one, or remove it",
                 float(distance[worst]),
-                f"<= {SAME_PLACE:g}",
+                f"<= {allowed:.3g}",
                 "m",
             )
         )
+    if (known := len(force.force)) == lap.ticks:
+        return ""
+    before, now = known * CONTROL_PERIOD, lap.ticks * CONTROL_PERIOD
+    return (
+        f"the learnt force is of a lap of {before:.4g} s, stretched over one of {now:.4g} s: "
+        "a few laps more fit it"
+    )
 
 
 def over_lap(force: LearntForce, lap: Lap) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple, cast
 
 import numpy as np
@@ -122,7 +122,8 @@ def prepare(scenario: Scenario, *, checked: bool = False) -> Prepared:
     changes = epochs(scenario)
     if scenario.learnt is not None:
         pitches = (pole_pitch(each.force_map) for each in (scenario.plant.x, scenario.plant.y))
-        check_learnt(scenario.learnt, reference, tuple(pitches))
+        if note := check_learnt(scenario.learnt, reference, tuple(pitches)):
+            reference = replace(reference, notes=(*reference.notes, note))
     if not checked:
         _check_feasibility(scenario.trajectory, changes)
         _refuse_times_outside(scenario, changes, reference.ticks)

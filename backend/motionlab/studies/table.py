@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from motionlab.paper.study import ReproduceStudy
 from motionlab.studies.identify.study import IdentifyStudy
+from motionlab.studies.learn.study import LearnStudy
 from motionlab.studies.loop.study import FrequencySweepStudy
 from motionlab.studies.maps import MapStudy
 from motionlab.studies.montecarlo.study import MonteCarloStudy
@@ -20,6 +21,7 @@ STUDIES: tuple[Study, ...] = (
     IdentifyStudy(),
     TuneStudy(),
     LandscapeStudy(),
+    LearnStudy(),
     MonteCarloStudy(),
     SweepStudy(),
     WhyStudy(),

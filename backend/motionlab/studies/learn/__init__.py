@@ -1,0 +1,1 @@
+"""Learning from lap to lap of a motion that repeats."""

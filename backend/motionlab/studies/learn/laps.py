@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -74,11 +74,16 @@ class AxisLearning:
         Of the controller's model.
     encoder : EncoderErrorFit or None
         Where its error is learnt, too.
+    gain : float
+        Learning gain of the first laps.
     force : ndarray, shape (ticks,)
         Learnt so far, N.
     known : tuple of float
         Sine and cosine of the encoder's error, known so far, m.
     laps : list of LapFigures
+        What they were like.
+    error : ndarray, shape (ticks,)
+        Following error of the latest lap, m.
     """
 
     filter: LearningFilter
@@ -87,12 +92,14 @@ class AxisLearning:
     force: Array
     known: tuple[float, float]
     laps: list[LapFigures] = field(default_factory=list)
+    error: Array = field(default_factory=lambda: np.zeros(0))
     _best: float = math.inf
     _best_force: Array | None = None
     _fits: int = 0
 
     def learn(self, error: Array, true_error: Array, position: Array, velocity: Array) -> None:
         """Learn from a lap, whose errors, m, and motion are given tick by tick."""
+        self.error = error
         rms = _rms(error)
         gain = self._gain_now()
         back = rms > _WORSE * self._best and rms > _FLOOR
@@ -250,7 +257,3 @@ class Learning:
                 return
             left -= count
             yield variant_columns(self._samples, 0, count).astype(np.float64)
-
-
-Watch = Callable[[Learning], None]
-"""Takes a learning after each of its laps."""

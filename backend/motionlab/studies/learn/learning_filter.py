@@ -73,7 +73,9 @@ def _as_known(axis: AxisConfig, model: AxisModelConfig) -> AxisConfig:
     )
 
 
-def to_error(scenario: Scenario, variant: str, axis: str, speed: float, frequency: Array) -> Complex:
+def to_error(
+    scenario: Scenario, variant: str, axis: str, speed: float, frequency: Array
+) -> Complex:
     """Return the response of the following error, m, to a force that is added, N.
 
     Parameters
