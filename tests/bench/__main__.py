@@ -24,6 +24,7 @@ from tests.bench.hold import hold
 from tests.bench.identify import identify
 from tests.bench.instrument import instrument
 from tests.bench.laws import laws
+from tests.bench.learning import learning
 from tests.bench.machine import AVX2_ENVIRONMENT, description, load
 from tests.bench.maps import maps
 from tests.bench.measured import measured
@@ -57,6 +58,7 @@ _KERNEL: dict[str, Callable[[str], Iterator[Row]]] = {
     "maps": lambda _: maps(),
     "plates": lambda _: plates(),
     "laws": lambda _: laws(),
+    "learning": lambda _: learning(),
     "instrument": lambda _: instrument(),
     "trajectories": lambda _: trajectories(),
     "cluster": lambda _: on_cluster(),

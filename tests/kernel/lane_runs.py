@@ -31,7 +31,7 @@ from motionlab.kernel.tick import run_ticks
 from motionlab.lanes import WIDTH
 from motionlab.laws import LAWS
 from motionlab.plant.current import Amplifiers
-from motionlab.plant.encoder import Encoder
+from motionlab.plant.encoder import Encoder, Subdivision
 from motionlab.plant.friction import LuGre
 from motionlab.plant.magnetics import AnalyticMap
 from motionlab.plant.mechanics import Mechanics
@@ -117,10 +117,12 @@ def lane(axis: Axis, law: str = "off", changes: Mapping[str, float] | None = Non
             observer_alpha=nominal_motor.low_pass(30.0),
             delay=0.0,
             ideal_force=0.0,
+            learnt=0.0,
         ),
         notch=PASS,
         compensation=Compensation(law_number(law), float(LAWS[law].adds)),
         model_friction=friction,
+        model_subdivision=Subdivision(sine=0.0, cosine=0.0, period=20e-6),
         force_model=ForceModel(force_map, sharing, SharingParameters(1.0 / 6.0)),
         limits=Limits(error=0.02),
         law=LawParameters(*[0.0] * len(LawParameters._fields)),

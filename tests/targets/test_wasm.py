@@ -24,6 +24,7 @@ from motionlab.telemetry.channels import CHANNELS
 from tests.paths import ROOT
 from tests.targets import module_run
 from tests.targets.module_run import Memory, module
+from tests.learnt_forces import known
 from tests.targets.scenario_runs import differences, run_in_module
 
 NODE = subprocess.run(
@@ -65,6 +66,12 @@ DRAWN = st.fixed_dictionaries(
     }
 )
 
+LEARNT = {
+    "learnt": known(np.random.default_rng(7).normal(0.0, 0.1, (6000, 2))).model_dump(),
+    "variants.B.controller.learnt": True,
+    "variants.B.controller.model.x.subdivision.sine": 4e-8,
+}
+
 
 def ran(name: str, changes: dict[str, Any]) -> tuple[Any, Any]:
     """Return a prepared scenario and its run in the module."""
@@ -84,6 +91,7 @@ def ran(name: str, changes: dict[str, Any]) -> tuple[Any, Any]:
         ("circle", SCHEDULE),
         ("circle", NARROW),
         ("circle", {"variants.B.controller.disturbance_observer.enabled": True}),
+        ("circle", LEARNT),
     ],
 )
 def test_with_an_exact_encoder_nothing_but_rounding_differs(

@@ -55,6 +55,9 @@ def on_drives(scenario: Scenario, variant: str | None) -> Scenario:
         raise ConfigError(FieldError("variant", "is not in the scenario", name, ", ".join(names)))
     if scenario.plant.force == "ideal":
         raise ConfigError(FieldError("plant.force", "drives have currents, not ideal forces"))
+    if scenario.learnt is not None and scenario.variants[name].controller.learnt:
+        place = f"variants.{name}.controller.learnt"
+        raise ConfigError(FieldError(place, "the loop of drives adds no learnt force", True))
     chosen = scenario.variants[name]
     late = chosen.controller.model_copy(update={"delay": 1})
     return scenario.model_copy(

@@ -130,6 +130,9 @@ def _check_variant(scenario: Scenario, variant: str) -> None:
     if variant not in scenario.variants:
         allowed = " or ".join(scenario.variants)
         raise ConfigError(FieldError("--variant", "is no variant of it", variant, allowed))
+    if scenario.learnt is not None and scenario.variants[variant].controller.learnt:
+        place = f"variants.{variant}.controller.learnt"
+        raise ConfigError(FieldError(place, "a learnt force is not written as C", True))
 
 
 def _check_folder(folder: Path) -> None:

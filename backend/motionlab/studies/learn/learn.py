@@ -125,10 +125,10 @@ def plan(request: LearnRequest, source: Source | None = None) -> LearnPlan:
 def _refuse_divergence(planned: LearnPlan) -> None:
     errors = []
     for axis, each in planned.filters.items():
-        rho = factors(planned, axis, planned.scenario, _band(each))
+        rho = factors(planned, axis, planned.scenario, band(each))
         worst = int(rho.argmax())
         if rho[worst] >= 1.0:
-            at = each.frequency[_band(each)][worst]
+            at = each.frequency[band(each)][worst]
             errors.append(
                 FieldError(
                     f"bandwidth.{axis}",
@@ -142,7 +142,7 @@ def _refuse_divergence(planned: LearnPlan) -> None:
         raise ConfigError(*errors)
 
 
-def _band(each: LearningFilter) -> NDArray[np.intp]:
+def band(each: LearningFilter) -> NDArray[np.intp]:
     """Return indices of frequencies at which something is learnt, at most some."""
     last = int(np.flatnonzero(each.band)[-1])
     return thinned(each.frequency[: last + 1], _FREQUENCIES)
@@ -243,7 +243,7 @@ def _begun(planned: LearnPlan, axis: str) -> Array:
 
 def _predictions(planned: LearnPlan, progress: Progress) -> dict[str, Prediction]:
     drawn: dict[str, list[Array]] = {axis: [] for axis in planned.filters}
-    bands = {axis: _band(each) for axis, each in planned.filters.items()}
+    bands = {axis: band(each) for axis, each in planned.filters.items()}
     motors = drawn_motors(planned)
     for number, motor in enumerate(motors):
         for axis, at in bands.items():

@@ -1,0 +1,124 @@
+"""Learning from lap to lap: what every motion of Table 1 reaches, for how long, and predictions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from motionlab.studies.learn.documents import LearnRequest
+from motionlab.studies.learn.laps import AxisLearning, LapFigures, Learning
+from motionlab.studies.learn.learn import (
+    LearnPlan,
+    band,
+    drawn_motors,
+    factors,
+    learning_of,
+    plan,
+)
+from tests.bench.table import Row
+
+_MOTIONS = (
+    "circle",
+    "rhombus",
+    "pentagram",
+    "stair-x-500nm",
+    "stair-y-500nm",
+    "stair-y-50mm",
+    "trapezoid-y",
+)
+_CONTROLLERS = {"matched": "lugre-reference", "matched-resonant": "lugre-reference-notch"}
+_NOISE = {f"plant.{axis}.amplifiers.noise": 0.01 for axis in ("x", "y")}  # A rms
+_LAPS, _LONG, _AFTER = 16, 500, 100
+_DRAWN, _DRAWN_LAPS = 300, 40
+
+
+def learning() -> Iterator[Row]:
+    """Measure all."""
+    for motor in _CONTROLLERS:
+        for motion in _MOTIONS:
+            yield from _motion(motor, motion)
+    for motor in _CONTROLLERS:
+        yield from _long(motor)
+    yield _predicted()
+
+
+def planned(motor: str, motion: str, **more: Any) -> LearnPlan:
+    """Return learning of a motion of Table 1 on a motor, with noise of its currents."""
+    changes = {"plant": motor, "variants.B.controller": _CONTROLLERS[motor], **_NOISE}
+    request = LearnRequest(scenario=motion, set=changes, variant="B", motors=0, **more)
+    return plan(request)
+
+
+def learnt(planned: LearnPlan) -> Learning:
+    """Return learning after all its laps."""
+    run = learning_of(planned)
+    for _ in run.run(planned.request.laps):
+        pass
+    return run
+
+
+def _motion(motor: str, motion: str) -> Iterator[Row]:
+    for axis, each in learnt(planned(motor, motion, laps=_LAPS)).axes.items():
+        peaks = [1e6 * lap.peak for lap in each.laps]
+        true = 1e6 * np.mean([lap.true_peak for lap in each.laps[-3:]])
+        at = " ".join(f"{peaks[lap - 1]:.2f}" for lap in (1, 2, 4, 8, 12, 16))
+        yield Row(
+            f"{motion} {axis}, {motor}: max error in laps 1 2 4 8 12 16",
+            "no worse than lap 1",
+            f"{at} um",
+            f"true, last 3: {true:.2f} um",
+            f"{peaks[-1] / peaks[0]:.3f}",
+            peaks[-1] <= peaks[0],
+        )
+
+
+def _long(motor: str) -> Iterator[Row]:
+    for axis, each in learnt(planned(motor, "circle", laps=_LONG)).axes.items():
+        last = [1e6 * lap.peak for lap in each.laps[-_AFTER:]]
+        true = [1e6 * lap.true_peak for lap in each.laps[-_AFTER:]]
+        yield Row(
+            f"circle {axis}, {motor}: max error, mean of laps {_LONG - _AFTER} to {_LONG}",
+            "<= 0.1 um",
+            f"{np.mean(last):.3f} um, largest {max(last):.3f}",
+            f"true: {np.mean(true):.3f} um, largest {max(true):.3f}",
+            f"{np.mean(last) / (1e6 * each.laps[0].peak):.3f}",
+            bool(np.mean(last) <= 0.1),
+        )
+
+
+def _predicted() -> Row:
+    """Draw motors, predict for each whether learning converges, and learn."""
+    base = planned("matched", "circle", laps=_DRAWN_LAPS, anyway=True)
+    many = replace(base, request=base.request.model_copy(update={"motors": _DRAWN}))
+    right, growing = 0, 0
+    for motor in drawn_motors(many):
+        tables = motor.model_dump(mode="json")
+        own = plan(base.request.model_copy(update={"scenario": tables, "set": {}}))
+        rho = {axis: factors(own, axis, motor, band(own.filters[axis])) for axis in own.filters}
+        run = learnt(own)
+        for axis, each in run.axes.items():
+            converges = run.laps == _DRAWN_LAPS and fell(each)
+            growing += not converges
+            right += (rho[axis].max() < 1.0) == converges
+    return Row(
+        f"predicted right, {_DRAWN} drawn motors, both axes",
+        ">= 95 %",
+        f"{100 * right / (2 * _DRAWN):.1f} %",
+        f"{growing} of {2 * _DRAWN} do not converge",
+        f"{right / (2 * _DRAWN):.3f}",
+        right >= 0.95 * 2 * _DRAWN,
+    )
+
+
+def fell(axis: AxisLearning) -> bool:
+    """Return whether an error fell, and did not rise again."""
+    rms = np.array([lap.rms for lap in axis.laps])
+    smooth = np.convolve(rms, np.ones(3) / 3, "valid")
+    return not _went_back(axis.laps) and bool(smooth[-1] < 1.3 * smooth.min())
+
+
+def _went_back(laps: list[LapFigures]) -> bool:
+    return any(lap.went_back for lap in laps)

@@ -1,0 +1,135 @@
+"""Learning from lap to lap: its response, its prediction, what it reaches, what it refuses."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from motionlab.config.load import load_scenario
+from motionlab.config.planar import AXES
+from motionlab.errors import ConfigError
+from motionlab.lanes.bank import TABLES
+from motionlab.simulation.prepare import prepare
+from motionlab.simulation.run import run
+from motionlab.studies.learn.documents import LearnRequest
+from motionlab.studies.learn.laps import Learning
+from motionlab.studies.learn.learn import LearnPlan, learn, learning_of, plan
+from motionlab.studies.learn.learning_filter import to_error
+from motionlab.timing import CONTROL_PERIOD
+from tests.learnt_forces import known
+
+MATCHED = {"plant": "matched", "variants.B.controller": "lugre-reference"}
+NOISE = {f"plant.{axis}.amplifiers.noise": 0.01 for axis in AXES}
+TICKS = 6000
+
+
+def planned(scenario: str = "circle", **request: Any) -> LearnPlan:
+    changes = MATCHED | NOISE | request.pop("set", {})
+    return plan(LearnRequest(scenario=scenario, set=changes, variant="B", motors=0, **request))
+
+
+def after_laps(planned: LearnPlan) -> Learning:
+    learning = learning_of(planned)
+    for _ in learning.run(planned.request.laps):
+        pass
+    return learning
+
+
+@pytest.mark.parametrize("delay", [0, 1])
+@pytest.mark.parametrize("axis", AXES)
+def test_the_response_to_a_force_is_that_of_the_kernel(axis: str, delay: int) -> None:
+    """A line of force in the lap, sliding: the line that the error of the run has."""
+    cycles, amplitude = 240, 0.01  # in a lap of 3 s: 80 Hz
+    angle = 2.0 * np.pi * cycles * np.arange(TICKS) / TICKS
+    force = np.repeat(amplitude * np.sin(angle)[:, None], 2, axis=1)
+    quiet = {
+        f"plant.{each}.{path}": value
+        for each in AXES
+        for path, value in (("encoder.resolution", 0.0), ("friction.enabled", False))
+    }
+    quiet |= {f"variants.B.controller.model.{each}.friction.enabled": False for each in AXES}
+    quiet |= {"variants.B.controller": "lugre-reference", "variants.B.controller.delay": delay}
+    errors = []
+    for added in (False, True):
+        learnt = {"learnt": known(force).model_dump(), "variants.B.controller.learnt": added}
+        record = run(prepare(load_scenario("circle", quiet | learnt))).variants["B"]
+        errors.append(record.channel("following_error", axis)[-TICKS:].astype(float))
+    with TABLES.lease():
+        scenario = load_scenario("circle", quiet)
+        expected = to_error(scenario, "B", axis, 4.0, np.array([cycles / 3.0]))[0]
+    line = np.fft.rfft(errors[1] - errors[0])[cycles] / np.fft.rfft(force[:, 0])[cycles]
+    assert abs(line / expected - 1.0) < 0.02
+
+
+def test_both_axes_come_down_to_two_counts_and_stay_there() -> None:
+    learning = after_laps(planned(laps=40))
+    for axis in AXES:
+        peaks = [lap.peak for lap in learning.axes[axis].laps]
+        assert peaks[0] > 0.5e-6
+        assert np.mean(peaks[8:]) < 0.1e-6
+        assert np.mean([lap.true_peak for lap in learning.axes[axis].laps[8:]]) < 0.1e-6
+
+
+def test_the_encoders_error_is_found_and_is_the_floor_without() -> None:
+    """40 nm are in the matched motor: docs/physics.md."""
+    found = after_laps(planned(laps=10)).axes["y"]
+    left = after_laps(planned(laps=10, encoder=False)).axes["y"]
+    assert np.hypot(*found.known) == pytest.approx(40e-9, abs=2e-9)
+    assert left.known == (0.0, 0.0)
+    assert found.laps[-1].true_rms < 0.75 * left.laps[-1].true_rms
+
+
+def test_what_was_learnt_is_a_change_of_the_scenario() -> None:
+    done = learn(planned(laps=10), lambda *_: None)
+    scenario = load_scenario("circle", MATCHED | NOISE | done.document.changes)
+    error = run(prepare(scenario)).variants["B"].channel("following_error", "x")
+    assert np.abs(error[-TICKS:]).max() < 0.12e-6
+    forgotten = load_scenario("circle", MATCHED | NOISE | done.document.changes | {"learnt": None})
+    error = run(prepare(forgotten)).variants["B"].channel("following_error", "x")
+    assert np.abs(error[-TICKS:]).max() > 0.4e-6
+    again = plan(LearnRequest(laps=1, motors=0), source=scenario.model_dump(mode="json"))
+    assert after_laps(again).axes["x"].laps[0].peak < 0.15e-6  # it goes on from what is known
+
+
+def test_a_filter_of_the_wrong_sign_is_held_by_its_best_lap() -> None:
+    honest = planned(laps=20, gain=0.3)
+    filters = {
+        axis: replace(each, response=-each.response) for axis, each in honest.filters.items()
+    }
+    learning = after_laps(replace(honest, filters=filters))
+    for each in learning.axes.values():
+        assert any(lap.went_back for lap in each.laps)
+        assert max(lap.peak for lap in each.laps) < 4.0 * each.laps[0].peak
+
+
+def test_it_refuses_a_bandwidth_at_which_it_would_diverge() -> None:
+    resonant = {"plant": "matched-resonant", "variants.B.controller": "lugre-reference-notch"}
+    with pytest.raises(ConfigError) as refused:
+        planned(set=resonant, bandwidth={"y": 200.0})
+    error = refused.value.errors[0]
+    assert error.loc == "bandwidth.y"
+    assert "would grow by" in error.message
+    assert planned(set=resonant, bandwidth={"y": 200.0}, anyway=True).filters
+
+
+@pytest.mark.parametrize(
+    ("request_", "loc"),
+    [
+        ({"variant": "C"}, "variant"),
+        ({"scenario": "circle-published-k", "set": {}}, "variants.B.controller"),
+    ],
+)
+def test_it_refuses_what_cannot_learn(request_: dict[str, Any], loc: str) -> None:
+    with pytest.raises(ConfigError) as refused:
+        plan(LearnRequest(**{"scenario": "circle", **request_}))
+    assert refused.value.errors[0].loc.startswith(loc)
+
+
+def test_it_refuses_a_motion_that_does_not_end_where_it_begins() -> None:
+    line = {"start": {"x": 0.0, "y": 0.0}, "end": {"x": 0.01, "y": 0.0}}
+    one_way = {"kind": "line", **line}
+    with pytest.raises(ConfigError, match="has no laps"):
+        plan(LearnRequest(set={"trajectory": one_way}))
