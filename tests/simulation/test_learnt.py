@@ -81,9 +81,7 @@ def test_a_motion_moved_by_pole_pitches_is_the_same(pitches: float) -> None:
     assert prepare(load_scenario("circle", USED | {"trajectory.center.x": pitches * tau}))
 
 
-@pytest.mark.parametrize(
-    "change", [{"trajectory.radius": 0.0151}, {"trajectory.center.x": 0.001}]
-)
+@pytest.mark.parametrize("change", [{"trajectory.radius": 0.0151}, {"trajectory.center.x": 0.001}])
 def test_it_is_refused_for_another_motion(change: dict[str, Any]) -> None:
     with pytest.raises(ConfigError, match="another motion") as refused:
         prepare(load_scenario("circle", USED | change))

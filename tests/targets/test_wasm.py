@@ -21,10 +21,10 @@ from motionlab.simulation.result import document
 from motionlab.targets.wasm_compile import description
 from motionlab.targets.wasm_module import module_of
 from motionlab.telemetry.channels import CHANNELS
+from tests.learnt_forces import known
 from tests.paths import ROOT
 from tests.targets import module_run
 from tests.targets.module_run import Memory, module
-from tests.learnt_forces import known
 from tests.targets.scenario_runs import differences, run_in_module
 
 NODE = subprocess.run(

@@ -39,7 +39,11 @@ class LearntForce(Config):
     )
     places: Annotated[
         tuple[_Place, ...], Field(strict=False, min_length=PLACES, max_length=PLACES)
-    ] = Field(description=f"Position at {PLACES} instants of the lap, m: it is of this motion only")
+    ] = quantity(
+        f"Position at {PLACES} instants of the lap: it is of this motion only",
+        unit="m",
+        source="the motion that it was learnt of",
+    )
     x: _Encoded = Field(description="Force on x in each control period of the lap")
     y: _Encoded = Field(description="Force on y in each control period of the lap")
 
@@ -85,8 +89,9 @@ def _decoded(text: str) -> NDArray[np.float32] | None:
 
 @functools.lru_cache(maxsize=8)
 def _both(x: str, y: str) -> NDArray[np.float32]:
-    columns = _decoded(x), _decoded(y)
-    assert columns[0] is not None and columns[1] is not None  # as validated
-    force = np.stack(columns, axis=1)
+    on_x, on_y = _decoded(x), _decoded(y)
+    assert on_x is not None  # as validated
+    assert on_y is not None
+    force = np.stack((on_x, on_y), axis=1)
     force.setflags(write=False)
     return force

@@ -131,6 +131,7 @@ _TAGS = {
     "tune": "Gains by the simplex",
     "sweep": "A scenario over values of any fields",
     "montecarlo": "A scenario on many plausible motors",
+    "learn": "A force learnt from lap to lap of a motion that repeats",
     "identify": "Friction by an experiment, or from a run",
     "paper": "Every number that the paper prints, recomputed",
     "runs": "Kept runs and measurements: lists, files, comparisons, spectra, reports",

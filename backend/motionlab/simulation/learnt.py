@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import functools
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -131,10 +132,12 @@ def over_lap(force: LearntForce, lap: Lap) -> Array:
     return _stretched(force, lap.ticks)
 
 
-@functools.lru_cache(maxsize=4)
-def _stretched(force: LearntForce, ticks: int) -> Array:
+def _over_ticks(force: LearntForce, ticks: int) -> Array:
     known = force.force
     phase = np.arange(ticks) * (len(known) / ticks)
     around = np.concatenate([known, known[:1]]).astype(np.float64)
     columns = [np.interp(phase, np.arange(len(around)), column) for column in around.T]
     return np.stack(columns, axis=1)
+
+
+_stretched = cast("Callable[..., Array]", functools.lru_cache(maxsize=4)(_over_ticks))

@@ -18,7 +18,6 @@ from motionlab.studies.learn.documents import LearnRequest
 from motionlab.studies.learn.laps import Learning
 from motionlab.studies.learn.learn import LearnPlan, learn, learning_of, plan
 from motionlab.studies.learn.learning_filter import to_error
-from motionlab.timing import CONTROL_PERIOD
 from tests.learnt_forces import known
 
 MATCHED = {"plant": "matched", "variants.B.controller": "lugre-reference"}
@@ -75,11 +74,11 @@ def test_both_axes_come_down_to_two_counts_and_stay_there() -> None:
 
 def test_the_encoders_error_is_found_and_is_the_floor_without() -> None:
     """40 nm are in the matched motor: docs/physics.md."""
-    found = after_laps(planned(laps=10)).axes["y"]
+    known = after_laps(planned(laps=10)).axes["y"]
     left = after_laps(planned(laps=10, encoder=False)).axes["y"]
-    assert np.hypot(*found.known) == pytest.approx(40e-9, abs=2e-9)
+    assert np.hypot(*known.known) == pytest.approx(40e-9, abs=2e-9)
     assert left.known == (0.0, 0.0)
-    assert found.laps[-1].true_rms < 0.75 * left.laps[-1].true_rms
+    assert known.laps[-1].true_rms < 0.75 * left.laps[-1].true_rms
 
 
 def test_what_was_learnt_is_a_change_of_the_scenario() -> None:
@@ -129,7 +128,7 @@ def test_it_refuses_what_cannot_learn(request_: dict[str, Any], loc: str) -> Non
 
 
 def test_it_refuses_a_motion_that_does_not_end_where_it_begins() -> None:
-    line = {"start": {"x": 0.0, "y": 0.0}, "end": {"x": 0.01, "y": 0.0}}
+    line = {"start": {"x": 0.0, "y": 0.0}, "end": {"x": 0.01, "y": 0.0}, "edge_time": 1.0}
     one_way = {"kind": "line", **line}
     with pytest.raises(ConfigError, match="has no laps"):
         plan(LearnRequest(set={"trajectory": one_way}))

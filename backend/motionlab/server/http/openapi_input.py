@@ -29,7 +29,7 @@ EXAMPLE_PATH: dict[str, Any] = {
 }
 """A trajectory, as examples of requests give it."""
 
-_PARTS = ("plant", "variants", "trajectory", "load", "schedule", "window")
+_PARTS = ("plant", "variants", "trajectory", "load", "schedule", "window", "learnt")
 
 
 def examples(*bodies: dict[str, Any]) -> ConfigDict:
@@ -81,6 +81,7 @@ class ScenarioSource:
                 "load": table,
                 "schedule": {"type": "array", "items": table, "maxItems": 100},
                 "window": {"anyOf": [table, {"type": "null"}]},
+                "learnt": {"anyOf": [table, {"type": "null"}]},
             },
             "additionalProperties": False,
             "anyOf": [

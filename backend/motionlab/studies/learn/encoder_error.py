@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from motionlab.config.scenario import Scenario
 from motionlab.loop.linearise import linearise
-from motionlab.studies.learn.learning_filter import SLIDING, modelled
-from motionlab.timing import CONTROL_PERIOD
+from motionlab.studies.learn.learning_filter import SLIDING, lap_frequencies, modelled
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -47,12 +46,12 @@ class EncoderErrorFit:
         known = modelled(scenario, variant)
         v = SLIDING * getattr(known.plant, axis).friction.v_s
         loop = linearise(known, variant, axis, v=v)
-        frequency = np.fft.rfftfreq(ticks, CONTROL_PERIOD)
+        frequency = lap_frequencies(ticks)
         frequency[0] = frequency[1]
         model = getattr(scenario.variants[variant].controller.model, axis)
         return cls(model.subdivision.period, 1.0 / (1.0 + loop.open(frequency)))
 
-    def found(self, error: Array, position: Array, velocity: Array) -> tuple[float, float] | None:
+    def amplitudes(self, error: Array, position: Array, velocity: Array) -> tuple[float, float] | None:
         """Return sine and cosine of the error that a lap shows, m; None if it is too slow.
 
         Parameters
@@ -66,8 +65,8 @@ class EncoderErrorFit:
         angle = 2.0 * np.pi * position / self.period
         columns = [-self._passed(shape) for shape in (np.sin(angle), np.cos(angle))]
         columns += [self._passed(np.ones(len(error)))]
-        found, *_ = np.linalg.lstsq(np.stack(columns, axis=1)[fast], error[fast], rcond=None)
-        return float(found[0]), float(found[1])
+        fit, *_ = np.linalg.lstsq(np.stack(columns, axis=1)[fast], error[fast], rcond=None)
+        return float(fit[0]), float(fit[1])
 
     def _passed(self, values: Array) -> Array:
         return np.fft.irfft(np.fft.rfft(values) * self.sensitivity, len(values))

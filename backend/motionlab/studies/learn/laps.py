@@ -132,13 +132,13 @@ class AxisLearning:
 
     def _learn_encoder(self, error: Array, position: Array, velocity: Array) -> None:
         assert self.encoder is not None
-        found = self.encoder.found(error, position, velocity)
-        if found is None:
+        amplitudes = self.encoder.amplitudes(error, position, velocity)
+        if amplitudes is None:
             return
         self._fits += 1
         self.known = (
-            self.known[0] + found[0] / self._fits,
-            self.known[1] + found[1] / self._fits,
+            self.known[0] + amplitudes[0] / self._fits,
+            self.known[1] + amplitudes[1] / self._fits,
         )
 
 
@@ -213,18 +213,18 @@ class Learning:
     def changes(self) -> dict[str, Any]:
         """Return what was learnt as changes of the scenario, dotted path to value."""
         place = f"variants.{self.variant}.controller"
-        found: dict[str, Any] = {
+        changes: dict[str, Any] = {
             "learnt": self.learnt().model_dump(mode="json"),
             f"{place}.learnt": True,
         }
         for axis, learning in self.axes.items():
             if learning.encoder is not None:
                 known = f"{place}.model.{axis}.subdivision"
-                found |= {
+                changes |= {
                     f"{known}.sine": learning.known[0],
                     f"{known}.cosine": learning.known[1],
                 }
-        return found
+        return changes
 
     def _scenario(self) -> Scenario:
         scenario = self.prepared.scenario

@@ -1,4 +1,4 @@
-"""Learning from lap to lap: planned with its prediction, run, and told."""
+"""Learning from lap to lap: planned with its prediction, run, and text."""
 
 from __future__ import annotations
 
@@ -310,7 +310,7 @@ def _document(
         laps=learning.laps,
         diverged=learning.laps < planned.request.laps,
         summary=[_sentence(axis, each, planned.request.motors) for axis, each in axes.items()],
-        time=_rounded(np.arange(0, planned.lap.ticks, every) * CONTROL_PERIOD),
+        time=_rounded(CONTROL_PERIOD * np.arange(0.0, planned.lap.ticks, every)),
         axes=axes,
         changes=learning.changes(),
     )
@@ -332,24 +332,24 @@ def _sentence(axis: str, learnt: LearnAxis, motors: int) -> str:
     """Return what became of an axis, and what was predicted."""
     rho, laps = learnt.prediction, learnt.laps
     fate = "converges" if rho.worst < 1.0 else "diverges"
-    told = (
+    text = (
         f"{axis} {fate}: at {rho.worst_frequency:.4g} Hz an error becomes "
         f"{rho.worst:.3f} of itself from lap to lap, at other frequencies less"
     )
     if rho.converging is not None:
-        told += (
+        text += (
             f"; so do {100 * rho.converging:.3g} % of {motors} drawn motors"
             if (rho.worst < 1.0)
             else f"; {100 * rho.converging:.3g} % of {motors} drawn motors converge"
         )
     if not laps:
-        return f"{told}."
+        return f"{text}."
     best = min(range(len(laps)), key=lambda lap: laps[lap].peak)
-    told += (
+    text += (
         f". Its largest error falls from {1e6 * laps[0].peak:.3g} to "
         f"{1e6 * laps[best].peak:.3g} \u00b5m in lap {best + 1}"
     )
     back = sum(lap.went_back for lap in laps)
     if back:
-        told += f"; {back} laps were so much worse that learning went back"
-    return f"{told}."
+        text += f"; {back} laps were so much worse that learning went back"
+    return f"{text}."

@@ -73,6 +73,11 @@ def _as_known(axis: AxisConfig, model: AxisModelConfig) -> AxisConfig:
     )
 
 
+def lap_frequencies(ticks: int) -> Array:
+    """Return the multiples of one over a lap of some control periods, Hz, up to half the rate."""
+    return np.asarray(np.fft.rfftfreq(ticks, CONTROL_PERIOD), dtype=np.float64)
+
+
 def to_error(
     scenario: Scenario, variant: str, axis: str, speed: float, frequency: Array
 ) -> Complex:
@@ -122,7 +127,7 @@ class LearningFilter:
         ConfigError
             If the controller cannot be linearised.
         """
-        frequency = np.fft.rfftfreq(ticks, CONTROL_PERIOD)
+        frequency = lap_frequencies(ticks)
         known = modelled(scenario, variant)
         response = to_error(known, variant, axis, SLIDING, frequency)
         q = 1.0 / (1.0 + (frequency / bandwidth) ** _ORDER)
@@ -130,8 +135,8 @@ class LearningFilter:
 
     def update(self, error: Array, gain: Array | float) -> Array:
         """Return what a lap's error, m, (ticks,), adds to the force, N, (ticks,)."""
-        asked = -self.q * np.fft.rfft(error) / self.response
-        return gain * np.fft.irfft(asked, len(error))
+        corrected = -self.q * np.fft.rfft(error) / self.response
+        return gain * np.fft.irfft(corrected, len(error))
 
     def factor(self, response: Complex, gain: float) -> Array:
         """Return rho over `frequency` of a loop with another response, m/N, (n,)."""
@@ -145,5 +150,5 @@ class LearningFilter:
 
 def thinned(frequency: Array, count: int) -> NDArray[np.intp]:
     """Return at most `count` indices of frequencies above 0, evenly in their logarithm."""
-    wanted = np.geomspace(frequency[1], frequency[-1], count)
-    return np.unique(np.searchsorted(frequency, wanted).clip(1, len(frequency) - 1))
+    places = np.geomspace(frequency[1], frequency[-1], count)
+    return np.unique(np.searchsorted(frequency, places).clip(1, len(frequency) - 1))

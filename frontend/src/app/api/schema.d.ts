@@ -1001,6 +1001,30 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/learn": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Learn a force from lap to lap of a motion that repeats
+         * @description Learn a force from lap to lap of a motion that repeats, and the encoder's error with it.
+         *
+         *     Before the first lap, convergence is predicted over frequency, for the motor and for drawn ones.
+         *     The job's report carries the laps so far, and at the end what was learnt, as changes of the
+         *     scenario.
+         */
+        post: operations["learn"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/montecarlo": {
         parameters: {
             query?: never;
@@ -2397,6 +2421,7 @@ export interface components {
                 load?: Record<string, never>;
                 schedule?: Record<string, never>[];
                 window?: Record<string, never> | null;
+                learnt?: Record<string, never> | null;
             } | unknown | unknown);
             /**
              * Set
@@ -2841,6 +2866,16 @@ export interface components {
              * @description Thrust over position and current
              */
             force_map: components["schemas"]["ForceMapConfig"] | components["schemas"]["TableMapConfig"];
+            /**
+             * known encoder error
+             * @description Sub-divisional error of the encoder that is corrected
+             * @default {
+             *       "sine": 0,
+             *       "cosine": 0,
+             *       "period": 0.00002
+             *     }
+             */
+            subdivision: components["schemas"]["SubdivisionConfig"];
         };
         /**
          * AxisRating
@@ -3415,6 +3450,7 @@ export interface components {
                 load?: Record<string, never>;
                 schedule?: Record<string, never>[];
                 window?: Record<string, never> | null;
+                learnt?: Record<string, never> | null;
             } | unknown | unknown);
             /**
              * Set
@@ -3566,6 +3602,7 @@ export interface components {
                 load?: Record<string, never>;
                 schedule?: Record<string, never>[];
                 window?: Record<string, never> | null;
+                learnt?: Record<string, never> | null;
             } | unknown | unknown);
             /**
              * Set
@@ -4493,6 +4530,12 @@ export interface components {
              */
             disturbance_observer: components["schemas"]["DisturbanceObserverConfig"];
             /**
+             * learnt force
+             * @description Add the force that was learnt of the motion, if the scenario has one
+             * @default false
+             */
+            learnt: boolean;
+            /**
              * @default {
              *       "law": "least-norm",
              *       "overlap": 0.16666666666666666
@@ -5264,6 +5307,32 @@ export interface components {
              * @default 1250000
              */
             interface_rate: number;
+        };
+        /**
+         * EncoderError
+         * @description Sub-divisional error of the encoder that was found: ``S sin + C cos`` of the scale.
+         */
+        EncoderError: {
+            /**
+             * Amplitude
+             * @description Amplitude
+             */
+            amplitude: number;
+            /**
+             * Sine
+             * @description Amplitude of the sine
+             */
+            sine: number;
+            /**
+             * Cosine
+             * @description Amplitude of the cosine
+             */
+            cosine: number;
+            /**
+             * Period
+             * @description Period of the scale
+             */
+            period: number;
         };
         /**
          * EnergyBalance
@@ -6773,6 +6842,7 @@ export interface components {
                 load?: Record<string, never>;
                 schedule?: Record<string, never>[];
                 window?: Record<string, never> | null;
+                learnt?: Record<string, never> | null;
             } | unknown | unknown);
             /**
              * Set
@@ -7509,7 +7579,7 @@ export interface components {
              * @description Its study, or simulate
              * @enum {string}
              */
-            kind: "simulate" | "replay" | "identify" | "tune" | "landscape" | "monte-carlo" | "sweep" | "frequency-sweep" | "map" | "reproduce";
+            kind: "simulate" | "replay" | "identify" | "tune" | "landscape" | "learn" | "monte-carlo" | "sweep" | "frequency-sweep" | "map" | "reproduce";
         };
         /**
          * JobSummary
@@ -7599,7 +7669,7 @@ export interface components {
              * @description Its study, or simulate
              * @enum {string}
              */
-            kind: "simulate" | "replay" | "identify" | "tune" | "landscape" | "monte-carlo" | "sweep" | "frequency-sweep" | "map" | "reproduce";
+            kind: "simulate" | "replay" | "identify" | "tune" | "landscape" | "learn" | "monte-carlo" | "sweep" | "frequency-sweep" | "map" | "reproduce";
             /**
              * Other Model
              * @description Whether another version of the model has computed it
@@ -8049,6 +8119,276 @@ export interface components {
              * @description Each as its channels by comma, such as `A.x.thrust,A.x.friction`; docs/lab.md
              */
             scopes: string[];
+        };
+        /**
+         * LearnAxis
+         * @description One axis.
+         */
+        LearnAxis: {
+            /**
+             * Bandwidth
+             * @description Bandwidth of learning
+             */
+            bandwidth: number;
+            prediction: components["schemas"]["Prediction"];
+            /**
+             * Laps
+             * @description One after another
+             */
+            laps: components["schemas"]["LearnLap"][];
+            /** @description null where it was not looked for */
+            encoder: components["schemas"]["EncoderError"] | null;
+            /**
+             * Force
+             * @description Learnt force over the lap, N
+             */
+            force: number[];
+            /**
+             * Remains
+             * @description Following error of the last lap, m
+             */
+            remains: number[];
+        };
+        /**
+         * LearnDocument
+         * @description What was learnt, lap by lap, and what it changes.
+         */
+        LearnDocument: {
+            /** Scenario */
+            scenario: string;
+            /** Plant */
+            plant: string;
+            /** Version */
+            version: string;
+            /**
+             * Model
+             * @description Hash of the model's sources
+             */
+            model: string;
+            /** Variant */
+            variant: string;
+            /** Law */
+            law: string;
+            /**
+             * Lap
+             * @description Duration of a lap
+             */
+            lap: number;
+            /**
+             * Laps
+             * @description Laps that were run
+             */
+            laps: number;
+            /**
+             * Diverged
+             * @description Whether the motor diverged before the last lap
+             */
+            diverged: boolean;
+            /**
+             * Summary
+             * @description In sentences
+             */
+            summary: string[];
+            /**
+             * Time
+             * @description Of force and error, from the lap's start, s
+             */
+            time: number[];
+            /** Axes */
+            axes: {
+                [key: string]: components["schemas"]["LearnAxis"];
+            };
+            /**
+             * Changes
+             * @description What was learnt as changes of the scenario: dotted path to value
+             */
+            changes: {
+                [key: string]: unknown;
+            };
+        };
+        /**
+         * LearnLap
+         * @description A lap of one axis; the force is what had been learnt before it.
+         */
+        LearnLap: {
+            /**
+             * Peak
+             * @description Largest following error
+             */
+            peak: number;
+            /**
+             * Rms
+             * @description Its root mean square
+             */
+            rms: number;
+            /**
+             * True Peak
+             * @description Largest distance of the mover from its reference
+             */
+            true_peak: number;
+            /**
+             * True Rms
+             * @description Its root mean square
+             */
+            true_rms: number;
+            /**
+             * Force
+             * @description Largest learnt force
+             */
+            force: number;
+            /**
+             * Gain
+             * @description Learning gain after the lap
+             */
+            gain: number;
+            /**
+             * Went Back
+             * @description Whether it was so much worse than the best lap that learning went back to it
+             */
+            went_back: boolean;
+        };
+        /**
+         * LearningBandwidth
+         * @description Bandwidth of learning on each axis; null: that of a notch times 0.6, or else 150 Hz.
+         */
+        LearningBandwidth: {
+            /**
+             * learning bandwidth x
+             * @description On x; left out: 0.6 of the notch's frequency, 150 Hz without one
+             * @example 150
+             */
+            x?: number | null;
+            /**
+             * learning bandwidth y
+             * @description On y; left out: as on x
+             * @example 150
+             */
+            y?: number | null;
+        };
+        /**
+         * LearningJob
+         * @description A job of the kind learn.
+         */
+        LearningJob: {
+            /**
+             * Id
+             * @description Identifier, part of its URL
+             */
+            id: string;
+            /**
+             * State
+             * @description queued, running, done, failed, cancelled, or interrupted by the server's end
+             * @enum {string}
+             */
+            state: "queued" | "running" | "done" | "failed" | "cancelled" | "interrupted";
+            /**
+             * Progress
+             * @description Share of the work that is done, 0 to 1
+             */
+            progress: number;
+            /**
+             * Created
+             * Format: date-time
+             * @description When it was asked for
+             */
+            created: string;
+            /**
+             * Elapsed
+             * @description Time that it has run, s
+             */
+            elapsed: number;
+            /**
+             * Remaining
+             * @description Estimate of the time that it still needs, s
+             */
+            remaining: number | null;
+            /**
+             * Waits For
+             * @description Why it is queued: the server starts, other jobs run, kernels are compiled, runs and sessions hold the memory; null when it is not
+             */
+            waits_for?: ("server" | "jobs" | "kernels" | "memory") | null;
+            /**
+             * Subject
+             * @description What it is of, in short: a scenario, a run, a preset
+             * @default
+             */
+            subject: string;
+            /**
+             * Version
+             * @description Version of the program that computes it
+             * @default
+             */
+            version: string;
+            /**
+             * Model
+             * @description Hash of the model's sources
+             * @default
+             */
+            model: string;
+            /**
+             * Shipped
+             * @description Whether it came with the program
+             * @default false
+             */
+            shipped: boolean;
+            /**
+             * Error
+             * @description Why a job failed or was interrupted
+             */
+            error: string | null;
+            /**
+             * Unrecorded
+             * @description Why there is no record of it beyond the server's end
+             */
+            unrecorded?: string | null;
+            /**
+             * Request
+             * @description Body of the request that asked for it
+             */
+            request: {
+                [key: string]: unknown;
+            };
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "learn";
+            /** @description Results so far, of a job that is running */
+            partial?: components["schemas"]["PartialLearning"] | null;
+            /** @description Results of a job that is done */
+            result?: components["schemas"]["LearnDocument"] | null;
+        };
+        /**
+         * LearntForce
+         * @description A force that was learnt of a motion: added at each control period of a lap, lap after lap.
+         *
+         *     `motionlab learn` makes it: docs/learning.md. Numbers are 4-byte floats, N, as base64.
+         */
+        LearntForce: {
+            /**
+             * Laps
+             * @description Laps that it was learnt in
+             * @default 0
+             */
+            laps: number;
+            /**
+             * Places
+             * @description Position at 64 instants of the lap: it is of this motion only
+             */
+            places: [
+                number,
+                number
+            ][];
+            /**
+             * X
+             * @description Force on x in each control period of the lap
+             */
+            x: string;
+            /**
+             * Y
+             * @description Force on y in each control period of the lap
+             */
+            y: string;
         };
         /**
          * LeaseAnswer
@@ -9166,6 +9506,7 @@ export interface components {
                 load?: Record<string, never>;
                 schedule?: Record<string, never>[];
                 window?: Record<string, never> | null;
+                learnt?: Record<string, never> | null;
             } | unknown | unknown);
             /**
              * Set
@@ -9806,6 +10147,16 @@ export interface components {
             /** Axes */
             axes: {
                 [key: string]: components["schemas"]["AxisLandscape"];
+            };
+        };
+        /**
+         * PartialLearning
+         * @description Laps so far, by axis.
+         */
+        PartialLearning: {
+            /** Laps */
+            laps: {
+                [key: string]: components["schemas"]["LearnLap"][];
             };
         };
         /**
@@ -10656,6 +11007,7 @@ export interface components {
                 load?: Record<string, never>;
                 schedule?: Record<string, never>[];
                 window?: Record<string, never> | null;
+                learnt?: Record<string, never> | null;
             } | unknown | unknown);
             /**
              * Set
@@ -10740,6 +11092,54 @@ export interface components {
             targets: components["schemas"]["PositioningTarget"][];
             /** @description null where it diverged, or was not measured */
             figures: components["schemas"]["PositioningFigures"] | null;
+        };
+        /**
+         * Prediction
+         * @description Factor rho of the error that repeats, from lap to lap: below 1 at all frequencies it fades.
+         *
+         *     The largest at standstill and at 0.5, 1 and 4 Stribeck velocities.
+         */
+        Prediction: {
+            /**
+             * Frequency
+             * @description Hz
+             */
+            frequency: number[];
+            /**
+             * Motor
+             * @description rho of the scenario's motor, 1
+             */
+            motor: number[];
+            /**
+             * Model
+             * @description rho of the controller's model, 1
+             */
+            model: number[];
+            /**
+             * Low
+             * @description 5 % of the drawn motors are below; null without them
+             */
+            low: number[] | null;
+            /**
+             * High
+             * @description 95 % of them are below
+             */
+            high: number[] | null;
+            /**
+             * Worst
+             * @description Largest rho of the motor
+             */
+            worst: number;
+            /**
+             * Worst Frequency
+             * @description Where
+             */
+            worst_frequency: number;
+            /**
+             * Converging
+             * @description Share of the drawn motors that converge, 1; null without them
+             */
+            converging: number | null;
         };
         /**
          * Probability
@@ -12360,6 +12760,12 @@ export interface components {
             /** Trajectory */
             trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Samples"] | components["schemas"]["Sequence"];
             /**
+             * learnt force
+             * @description Force that was learnt of the motion
+             * @default null
+             */
+            learnt: components["schemas"]["LearntForce"] | null;
+            /**
              * @default {
              *       "x": 0,
              *       "y": 0,
@@ -13011,6 +13417,7 @@ export interface components {
                 load?: Record<string, never>;
                 schedule?: Record<string, never>[];
                 window?: Record<string, never> | null;
+                learnt?: Record<string, never> | null;
             } | unknown | unknown);
             /**
              * Set
@@ -13459,6 +13866,7 @@ export interface components {
                 load?: Record<string, never>;
                 schedule?: Record<string, never>[];
                 window?: Record<string, never> | null;
+                learnt?: Record<string, never> | null;
             } | unknown | unknown);
             /**
              * Set
@@ -13888,6 +14296,7 @@ export interface components {
                 load?: Record<string, never>;
                 schedule?: Record<string, never>[];
                 window?: Record<string, never> | null;
+                learnt?: Record<string, never> | null;
             } | unknown | unknown) | null;
             /**
              * Set
@@ -14225,6 +14634,32 @@ export interface components {
              * @description Upper edge of its 95 % band
              */
             high: number[] | null;
+        };
+        /**
+         * SubdivisionConfig
+         * @description What a controller knows of its encoder's sub-divisional error, and takes off each reading.
+         *
+         *     ``S sin(2 pi p/period) + C cos(2 pi p/period)``; learnt from laps: docs/learning.md.
+         */
+        SubdivisionConfig: {
+            /**
+             * known error, sine
+             * @description Amplitude of the known error's sine
+             * @default 0
+             */
+            sine: number;
+            /**
+             * known error, cosine
+             * @description Amplitude of the known error's cosine
+             * @default 0
+             */
+            cosine: number;
+            /**
+             * scale period
+             * @description Period of the scale in the controller's model
+             * @default 0.00002
+             */
+            period: number;
         };
         /**
          * SweepDocument
@@ -14996,6 +15431,7 @@ export interface components {
                 load?: Record<string, never>;
                 schedule?: Record<string, never>[];
                 window?: Record<string, never> | null;
+                learnt?: Record<string, never> | null;
             } | unknown | unknown);
             /**
              * Set
@@ -15175,6 +15611,7 @@ export interface components {
                 load?: Record<string, never>;
                 schedule?: Record<string, never>[];
                 window?: Record<string, never> | null;
+                learnt?: Record<string, never> | null;
             } | unknown | unknown);
             /**
              * Set
@@ -15254,6 +15691,7 @@ export interface components {
                 load?: Record<string, never>;
                 schedule?: Record<string, never>[];
                 window?: Record<string, never> | null;
+                learnt?: Record<string, never> | null;
             } | unknown | unknown);
             /**
              * Set
@@ -15358,6 +15796,7 @@ export interface components {
                 load?: Record<string, never>;
                 schedule?: Record<string, never>[];
                 window?: Record<string, never> | null;
+                learnt?: Record<string, never> | null;
             } | unknown | unknown);
             /**
              * Set
@@ -15664,6 +16103,7 @@ export interface components {
                 load?: Record<string, never>;
                 schedule?: Record<string, never>[];
                 window?: Record<string, never> | null;
+                learnt?: Record<string, never> | null;
             } | unknown | unknown);
             /**
              * Set
@@ -16761,7 +17201,7 @@ export interface operations {
         parameters: {
             query?: {
                 /** @description Only jobs of this kind */
-                kind?: ("simulate" | "replay" | "identify" | "tune" | "landscape" | "monte-carlo" | "sweep" | "frequency-sweep" | "map" | "reproduce") | null;
+                kind?: ("simulate" | "replay" | "identify" | "tune" | "landscape" | "learn" | "monte-carlo" | "sweep" | "frequency-sweep" | "map" | "reproduce") | null;
             };
             header?: never;
             path?: never;
@@ -16910,7 +17350,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["ReplayJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["MonteCarloJob"] | components["schemas"]["SweepJob"] | components["schemas"]["FrequencySweepJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"];
+                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["ReplayJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["LearningJob"] | components["schemas"]["MonteCarloJob"] | components["schemas"]["SweepJob"] | components["schemas"]["FrequencySweepJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"];
                 };
             };
             /** @description Bad Request */
@@ -16998,7 +17438,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["ReplayJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["MonteCarloJob"] | components["schemas"]["SweepJob"] | components["schemas"]["FrequencySweepJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"];
+                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["ReplayJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["LearningJob"] | components["schemas"]["MonteCarloJob"] | components["schemas"]["SweepJob"] | components["schemas"]["FrequencySweepJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"];
                 };
             };
             /** @description Bad Request */
@@ -19968,6 +20408,7 @@ export interface operations {
                         load?: Record<string, never>;
                         schedule?: Record<string, never>[];
                         window?: Record<string, never> | null;
+                        learnt?: Record<string, never> | null;
                     } | unknown | unknown);
                     /**
                      * Set
@@ -20144,6 +20585,7 @@ export interface operations {
                         load?: Record<string, never>;
                         schedule?: Record<string, never>[];
                         window?: Record<string, never> | null;
+                        learnt?: Record<string, never> | null;
                     } | unknown | unknown);
                     /**
                      * Set
@@ -20449,6 +20891,7 @@ export interface operations {
                         load?: Record<string, never>;
                         schedule?: Record<string, never>[];
                         window?: Record<string, never> | null;
+                        learnt?: Record<string, never> | null;
                     } | unknown | unknown);
                     /**
                      * Set
@@ -20713,6 +21156,7 @@ export interface operations {
                         load?: Record<string, never>;
                         schedule?: Record<string, never>[];
                         window?: Record<string, never> | null;
+                        learnt?: Record<string, never> | null;
                     } | unknown | unknown);
                     /**
                      * Set
@@ -20953,6 +21397,7 @@ export interface operations {
                         load?: Record<string, never>;
                         schedule?: Record<string, never>[];
                         window?: Record<string, never> | null;
+                        learnt?: Record<string, never> | null;
                     } | unknown | unknown);
                     /**
                      * Set
@@ -21101,6 +21546,214 @@ export interface operations {
             };
         };
     };
+    learn: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": {
+                    /**
+                     * Scenario
+                     * @default circle
+                     */
+                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                        /** @enum {string} */
+                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                        /**
+                         * Name
+                         * @description Short name
+                         * @default custom
+                         */
+                        name?: string;
+                        /**
+                         * Title
+                         * @description One line for people
+                         * @default
+                         */
+                        title?: string;
+                        /**
+                         * Description
+                         * @description What it shows and whose choice its numbers are
+                         * @default
+                         */
+                        description?: string;
+                        /**
+                         * Seed
+                         * @description Seed of every noise source
+                         * @default 2019
+                         */
+                        seed?: number;
+                        /**
+                         * Settling Band
+                         * @description Following error below which a move counts as settled
+                         * @default 0.000002
+                         */
+                        settling_band?: number;
+                        /**
+                         * Divergence Error
+                         * @description Following error beyond which a variant has diverged
+                         * @default 0.02
+                         */
+                        divergence_error?: number;
+                        /**
+                         * thrust reserve
+                         * @description Share of the force sharing's linear range that a motion leaves to feedback to be feasible
+                         * @default 0.12
+                         */
+                        thrust_reserve?: number;
+                        plant?: string | Record<string, never>;
+                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                        variants?: {
+                            [key: string]: Record<string, never>;
+                        };
+                        load?: Record<string, never>;
+                        schedule?: Record<string, never>[];
+                        window?: Record<string, never> | null;
+                        learnt?: Record<string, never> | null;
+                    } | unknown | unknown);
+                    /**
+                     * Set
+                     * @description Dotted path to value, SI
+                     */
+                    set?: {
+                        [key: string]: unknown;
+                    };
+                    /**
+                     * Variant
+                     * @description Whose controller learns; null: the last
+                     */
+                    variant?: string | null;
+                    /**
+                     * laps
+                     * @description Laps to learn in
+                     * @default 12
+                     */
+                    laps?: number;
+                    /**
+                     * learning gain
+                     * @description Share of a lap's error that the next is corrected by; after 8 laps it falls
+                     * @default 0.6
+                     */
+                    gain?: number;
+                    /** @default {} */
+                    bandwidth?: components["schemas"]["LearningBandwidth"];
+                    /**
+                     * learn the encoder's error
+                     * @description Whether the sub-divisional error of the encoder is found and corrected, too
+                     * @default true
+                     */
+                    encoder?: boolean;
+                    /**
+                     * drawn motors
+                     * @description Drawn motors, as of Monte Carlo, for which convergence is predicted
+                     * @default 100
+                     */
+                    motors?: number;
+                    /**
+                     * Seed
+                     * @description Seed of the draws; left out: the scenario's
+                     */
+                    seed?: number | null;
+                    /**
+                     * learn anyway
+                     * @description Learn where it is predicted to diverge, too
+                     * @default false
+                     */
+                    anyway?: boolean;
+                };
+            };
+        };
+        responses: {
+            /** @description Accepted as a job, at its Location */
+            202: {
+                headers: {
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LearningJob"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     monteCarlo: {
         parameters: {
             query?: never;
@@ -21168,6 +21821,7 @@ export interface operations {
                         load?: Record<string, never>;
                         schedule?: Record<string, never>[];
                         window?: Record<string, never> | null;
+                        learnt?: Record<string, never> | null;
                     } | unknown | unknown);
                     /**
                      * Set
@@ -21431,6 +22085,7 @@ export interface operations {
                         load?: Record<string, never>;
                         schedule?: Record<string, never>[];
                         window?: Record<string, never> | null;
+                        learnt?: Record<string, never> | null;
                     } | unknown | unknown);
                     /**
                      * Set
@@ -21608,6 +22263,7 @@ export interface operations {
                         load?: Record<string, never>;
                         schedule?: Record<string, never>[];
                         window?: Record<string, never> | null;
+                        learnt?: Record<string, never> | null;
                     } | unknown | unknown);
                     /**
                      * Set
@@ -21800,6 +22456,7 @@ export interface operations {
                         load?: Record<string, never>;
                         schedule?: Record<string, never>[];
                         window?: Record<string, never> | null;
+                        learnt?: Record<string, never> | null;
                     } | unknown | unknown);
                     /**
                      * Set
@@ -23194,6 +23851,7 @@ export interface operations {
                         load?: Record<string, never>;
                         schedule?: Record<string, never>[];
                         window?: Record<string, never> | null;
+                        learnt?: Record<string, never> | null;
                     } | unknown | unknown);
                     /**
                      * Set
