@@ -51,7 +51,9 @@ class EncoderErrorFit:
         model = getattr(scenario.variants[variant].controller.model, axis)
         return cls(model.subdivision.period, 1.0 / (1.0 + loop.open(frequency)))
 
-    def amplitudes(self, error: Array, position: Array, velocity: Array) -> tuple[float, float] | None:
+    def amplitudes(
+        self, error: Array, position: Array, velocity: Array
+    ) -> tuple[float, float] | None:
         """Return sine and cosine of the error that a lap shows, m; None if it is too slow.
 
         Parameters

@@ -78,6 +78,7 @@ export const PLACES: Readonly<Record<JobKind, Place>> = {
   tune: { name: 'Search for gains', screen: 'tune' },
   landscape: { name: 'Map of the cost', screen: 'tune' },
   'frequency-sweep': { name: 'Swept loop', screen: 'tune' },
+  learn: { name: 'Learning', screen: 'lab' },
   'monte-carlo': { name: 'Monte Carlo', screen: 'lab' },
   sweep: { name: 'Sweep', screen: 'sweep' },
   map: { name: 'Force map', screen: 'motor', parameters: { tab: 'maps' } },
