@@ -18,6 +18,7 @@ from tests.bench.command import command
 from tests.bench.controllers import controllers
 from tests.bench.coverage import coverage
 from tests.bench.drive import drive
+from tests.bench.elsewhere import elsewhere
 from tests.bench.expressions import expressions
 from tests.bench.gym import gym
 from tests.bench.hold import hold
@@ -58,6 +59,7 @@ _KERNEL: dict[str, Callable[[str], Iterator[Row]]] = {
     "maps": lambda _: maps(),
     "plates": lambda _: plates(),
     "laws": lambda _: laws(),
+    "elsewhere": lambda _: elsewhere(),
     "learning": lambda _: learning(),
     "instrument": lambda _: instrument(),
     "trajectories": lambda _: trajectories(),
