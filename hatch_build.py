@@ -47,7 +47,7 @@ class Part(NamedTuple):
 # The model, which is also compiled for browsers; `make` has the same list file by file.
 _MODEL = tuple(
     f"backend/motionlab/{room}"
-    for room in ("control", "force_sharing", "kernel", "lanes", "laws", "plant")
+    for room in ("control", "effects", "force_sharing", "kernel", "lanes", "laws", "plant")
 )
 PARTS = (
     Part(

@@ -9,6 +9,7 @@ import importlib.metadata
 import importlib.util
 import linecache
 import os
+import re
 import sys
 import traceback
 import zlib
@@ -22,9 +23,9 @@ from motionlab.declarations import DeclarationError, check_owner
 from motionlab.errors import FieldError
 
 VARIABLE = "MOTIONLAB_LAWS"
-"""Of the environment: folders and files of laws of one's own, joined as in PATH."""
+"""Of the environment: folders and files of laws and effects of one's own, joined as in PATH."""
 ENTRY_POINTS = "motionlab.laws"
-"""Group of entry points of packages that have laws."""
+"""Group of entry points of packages that have laws or effects."""
 
 SIZE_MAX = 2**20
 """Largest file, bytes."""
@@ -68,6 +69,15 @@ class OwnFile:
             )
         check_owner(owner, variable, str(self.path))
         return owner, source
+
+    def declares(self, variable: str) -> bool:
+        """Return whether the file's text gives a variable a value; the file is not run."""
+        try:
+            text = self.text()
+        except DeclarationError:
+            return False
+        pattern = rf"^(?:{variable}\b|from\s.*\bimport\b.*\b{variable}\b)"
+        return re.search(pattern, text, re.MULTILINE) is not None
 
     def text(self) -> str:
         """Return what the file holds now.

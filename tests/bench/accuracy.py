@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from motionlab.kernel.tick import SUBSTEPS
+from motionlab.timing import SUBSTEPS
 from tests.bench.table import Row
 from tests.kernel import lane_runs
 from tests.nominal_motor import CONTROL_PERIOD, Y_TRAPEZOID

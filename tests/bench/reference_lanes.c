@@ -58,7 +58,10 @@ struct state {
     lanes age, failed;
 };
 
-struct inputs { double p_ref[2], v_ref[2], a_ref[2], load[2], noise[2], current[3][2]; };
+struct inputs {
+    double p_ref[2], v_ref[2], a_ref[2], load[2], noise[2], current[3][2];
+    double learnt[2], jitter[2]; /* unused */
+};
 
 /* Friction and force map with their constants worked out. */
 struct friction { lanes w, softness; };

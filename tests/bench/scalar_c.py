@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from motionlab.kernel.law_calls import LAWS_BY_NUMBER
 from motionlab.kernel.layout import INPUT_ROWS, LAW_NUMBER, PARAMETERS, STATES
-from motionlab.kernel.tick import SUBSTEPS
-from motionlab.timing import CONTROL_PERIOD
+from motionlab.timing import CONTROL_PERIOD, SUBSTEPS
 
 Array = NDArray[np.float64]
 
@@ -30,21 +29,22 @@ _LAWS = {
         ("off", "lugre-observer", "published-k", "residual-k", "canudas-de-wit", "reversed-k")
     )
 }
+_APART = "law", "effects", "model_subdivision"
 _OF_LAWS = ("from_reference", "gain", "alpha", "regularisation", "z_limit", "k_d_share")
 _AFTER = PARAMETERS.index("compensation.enabled") + 1
 _PARAMETERS = (
     *PARAMETERS[:_AFTER],
     *_OF_LAWS,
-    *(name for name in PARAMETERS[_AFTER:] if not name.startswith("law.")),
+    *(name for name in PARAMETERS[_AFTER:] if not name.startswith(_APART)),
 )
 _BEFORE = STATES.index("memory.e_last") + 1
 _STATES = (
     *STATES[:_BEFORE],
     "z",
     "residual",
-    *(name for name in STATES[_BEFORE:] if not name.startswith("law")),
+    *(name for name in STATES[_BEFORE:] if not name.startswith(_APART)),
 )
-_KEPT = [row for row, name in enumerate(STATES) if not name.startswith("law")]
+_KEPT = [row for row, name in enumerate(STATES) if not name.startswith(_APART)]
 _KEPT_HERE = [_STATES.index(STATES[row]) for row in _KEPT]
 
 

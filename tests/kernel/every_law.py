@@ -1,4 +1,4 @@
-"""Eight lanes that between them use every law and switch of the kernel, and a rough ride for them.
+"""Eight lanes that between them use every law, effect and switch, and a rough ride for them.
 
 ``python -m tests.kernel.every_law FILE`` writes their samples to FILE; with NUMBA_DISABLE_JIT=1
 they come from the plain-Python kernel.
@@ -13,7 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.control.notch import sampled_notch
-from motionlab.kernel.layout import INPUT_ROWS, Inputs, Parameters
+from motionlab.effects import EFFECTS, Effect
+from motionlab.kernel.effect_calls import effect_numbers
+from motionlab.kernel.layout import (
+    EFFECT_PARAMETERS,
+    INPUT_ROWS,
+    Inputs,
+    Parameters,
+    parameter_row,
+)
+from motionlab.plant.friction import FRICTIONLESS, LuGre
 from tests.kernel.every_sharing_law import table_lanes
 from tests.kernel.lane_runs import Array, at_rest, circle, inputs, lane, rows, run
 from tests.nominal_motor import X, Y
@@ -69,6 +78,32 @@ def reversed_lanes() -> list[Parameters]:
     return [lane(axis, "reversed-k", changes) for changes in four for axis in (X, Y)]
 
 
+def with_effects(parameters: Array) -> Array:
+    """Return rows of lanes with effects in place of the friction that they have."""
+    names = [
+        ("gms", "cogging"),
+        ("static-stribeck",),
+        ("lugre", "dahl"),
+        ("cogging", "gms", "static-stribeck", "dahl"),
+    ] * 2
+    changed, first = parameters.copy(), parameter_row("friction.sigma_0")
+    last = first + len(LuGre._fields)
+    changed[first:last] = np.array(FRICTIONLESS)[:, None]
+    for place, own in enumerate(names):
+        friction = LuGre(*parameters[first:last, place])
+        effects = [(name, _with_all(EFFECTS[name], friction)) for name in own]
+        changed[-len(EFFECT_PARAMETERS) :, place] = effect_numbers(effects)
+    return changed
+
+
+def _with_all(effect: Effect, friction: LuGre) -> Any:
+    """Return the parameters of an effect with what it depends on."""
+    values = {each.name: each.default for each in effect.parameters}
+    more = {"mu": 0.01, "position_amplitude": 0.2, "amplitude_3": 0.5}
+    own = {name: value for name, value in more.items() if name in values}
+    return effect.lane_parameters(values | own, friction)
+
+
 def ride() -> tuple[Array, Array]:
     """Return initial state and inputs: a cold start into a moving circle, with noise and load."""
     begin = 4500 - TICKS // 2
@@ -81,11 +116,11 @@ def ride() -> tuple[Array, Array]:
     return at_rest(motion[0, 0]), driven
 
 
-def played(parameters: list[Parameters]) -> dict[str, NDArray[Any]]:
+def played(parameters: Array) -> dict[str, NDArray[Any]]:
     """Return the recorded samples of a ride, and the state at its end."""
     state, driven = ride()
     with np.errstate(all="ignore"):  # plain Python computes both sides of every selection
-        samples = run(rows(parameters), state, driven)
+        samples = run(parameters, state, driven)
     return {"samples": samples, "state": state}
 
 
@@ -93,11 +128,12 @@ def results() -> dict[str, NDArray[Any]]:
     """Return what the test compares, by name."""
     named: dict[str, NDArray[Any]] = {}
     cases = {
-        "exact": lanes(0.0),
-        "counts": lanes(50e-9),
-        "published": published_lanes(),
-        "reversed": reversed_lanes(),
-        "tables": table_lanes(0.0),
+        "exact": rows(lanes(0.0)),
+        "counts": rows(lanes(50e-9)),
+        "published": rows(published_lanes()),
+        "reversed": rows(reversed_lanes()),
+        "tables": rows(table_lanes(0.0)),
+        "effects": with_effects(rows(lanes(0.0))),
     }
     for name, case in cases.items():
         for key, value in played(case).items():

@@ -58,7 +58,7 @@ def test_the_ride_is_rough(compiled: Arrays) -> None:
     assert np.isfinite(samples).all()
 
 
-@pytest.mark.parametrize("case", ["exact", "counts", "published", "reversed", "tables"])
+@pytest.mark.parametrize("case", ["exact", "counts", "published", "reversed", "tables", "effects"])
 def test_compiled_kernel_agrees_with_plain_python(
     case: str, plain: Arrays, compiled: Arrays
 ) -> None:

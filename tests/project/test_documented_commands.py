@@ -61,6 +61,7 @@ ELSEWHERE = {
     r"\.venv/bin/python examples/drive_ab\.py": "tests/drive/plug/test_motion.py",
     r"motionlab (check-law|run circle --laws) .*": "needs the file of a law: tests/own_laws",
     r"motionlab challenge \S+\.py.*": "needs one too: tests/studies/challenge",
+    r"\.venv/bin/python examples/effects\.py": "run below, beside its table",
     r"motionlab vdrive( .*)?": "runs until interrupted; tests/drive/virtual/test_process.py",
     r"motionlab map( --json .*| --preset reference .*| --set g=0\.27.*)?": "minutes: test_map.py "
     "has smaller ones",
@@ -276,6 +277,22 @@ def test_the_table_of_laws_is_what_its_example_prints(tmp_path: Path, forked: Pa
     assert len(rows) > 10
     shown = page.splitlines()
     assert [row for row in rows if not any(same_text(line, row) for line in shown)] == []
+
+
+def test_the_table_of_effects_is_what_its_example_prints(tmp_path: Path, forked: Path) -> None:
+    """Within two hundredths of a micrometre and a twentieth."""
+    done = bash(".venv/bin/python examples/effects.py", tmp_path, forked)
+    page = (ROOT / "docs" / "own-effect.md").read_text()
+    shown = page[page.index("| effect | x K = 0") :].splitlines()
+    printed = [row.split("|") for row in done.stdout.splitlines()]
+    assert len(printed) > 12
+    for ours, theirs in zip(printed, (row.split("|") for row in shown), strict=False):
+        assert ours[1] == theirs[1]
+        for one, other in zip(ours[2:6], theirs[2:6], strict=True):
+            if NUMBER.search(one):
+                assert float(one) == pytest.approx(float(other), rel=0.05, abs=0.02)
+            else:
+                assert one == other
 
 
 def test_the_tables_of_controllers_are_what_their_example_prints(

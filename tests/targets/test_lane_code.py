@@ -115,5 +115,5 @@ def test_the_page_makes_the_lanes_that_the_kernel_runs(tmp_path: Path) -> None:
                     if value is not None:
                         close = pytest.approx(kernel, rel=ROUNDING, abs=1e-300)
                         assert float(value) == close, (scenario.name, path)
-    assert len(laws) == 6
+    assert len(laws) == 9
     assert not any(any(axes) for variants in answer["refused"] for axes in variants)

@@ -35,7 +35,9 @@ examples:
   motionlab serve --laws laws
   motionlab run circle --laws laws --set variants.B.controller.compensation.law=mine
 
-`motionlab docs own-law` explains the file.
+  motionlab new-law --effect cable
+
+`motionlab docs own-law` and `motionlab docs own-effect` explain the files.
 """
 _LONG = 40  # characters of a value
 
@@ -83,21 +85,25 @@ def add(commands: Any) -> None:
 
     parser = commands.add_parser(
         "new-law",
-        help="write the file of a law of friction compensation of one's own",
-        description="Write a law to begin with, PD with static friction, as a file of 15 lines.",
+        help="write the file of a law, or of an effect of the plant, of one's own",
+        description="Write a law to begin with, PD with static friction, or an effect of the plant,"
+        " a cable, as a file of 15 lines.",
         epilog=_NEW_LAW,
     )
     parser.add_argument("name", metavar="NAME", help="of the law: small letters, digits and -")
     parser.add_argument(
         "--folder", metavar="FOLDER", type=Path, default=Path("laws"), help="(%(default)s)"
     )
+    parser.add_argument(
+        "--effect", action="store_true", help="an effect of the plant, such as friction, instead"
+    )
     parser.set_defaults(command=_new_law)
 
     parser = commands.add_parser(
         "check-law",
-        help="check the file of a law of one's own, as a server does before it takes one",
-        description="Import, compile and run a law in a process of its own, with bounds of time "
-        "and memory, and say with file and line why it cannot be taken.",
+        help="check the file of a law or an effect of one's own, as a server does",
+        description="Import, compile and run a law or an effect in a process of its own, with "
+        "bounds of time and memory, and say with file and line why it cannot be taken.",
     )
     parser.add_argument("file", metavar="FILE", type=Path)
     add_json(parser)
@@ -221,12 +227,14 @@ def _laws(options: argparse.Namespace) -> int:
 def _new_law(options: argparse.Namespace) -> int:
     from motionlab.own_laws.template import write_template
 
-    path = write_template(options.name, options.folder)
+    path = write_template(options.name, options.folder, effect=options.effect)
     print(path)
-    say(
-        f"motionlab run circle --laws {options.folder} "
-        f"--set variants.B.controller.compensation.law={options.name}"
+    change = (
+        f"'plant.x.effects=[{{effect = \"{options.name}\"}}]'"
+        if options.effect
+        else f"variants.B.controller.compensation.law={options.name}"
     )
+    say(f"motionlab run circle --laws {options.folder} --set {change}")
     return DONE
 
 

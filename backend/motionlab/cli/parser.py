@@ -16,7 +16,7 @@ _NUMBER = re.compile(r"(.+?): invalid (int|float) value: (.*)")
 _NEGATIVE = re.compile(r"-\.?\d|-inf|-nan", re.IGNORECASE)
 _MISSING = "the following arguments are required: "
 _QUIET = "print results and errors alone: no progress, no notes"
-_LAWS = "folder, or file, of laws of one's own (MOTIONLAB_LAWS); docs/own-law.md"
+_LAWS = "folder, or file, of laws and effects of one's own (MOTIONLAB_LAWS); docs/own-law.md"
 _VERBOSE = "say how long it took, and where in the program an error arose"
 _MEANT = {
     "convert": "export",

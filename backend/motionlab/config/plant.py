@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
+from motionlab.config.effects import EffectConfig
 from motionlab.config.force_map import AnyForceMapConfig
 from motionlab.config.quantity import Config, Text, quantity
 from motionlab.declarations import OURS, PAPER
+from motionlab.effects import EFFECTS, SLOTS
 from motionlab.plant.friction import FRICTIONLESS, LuGre
 from motionlab.timing import PLANT_STEP
 
@@ -196,6 +198,18 @@ class EncoderConfig(Config):
         ge=0,
         le=1e-4,
     )
+    jitter: float = quantity(
+        "White noise of the instant at which it samples, rms: of the reading, times the velocity",
+        label="sampling jitter",
+        shown="µs",
+        unit="s",
+        source=OURS,
+        default=0.0,
+        ge=0,
+        le=1e-4,
+        example=1e-6,
+        usual=(1e-7, 2e-5),
+    )
     interface_rate: float = quantity(
         "Largest frequency the interface counts; a note warns above 4 rate resolution",
         unit="Hz",
@@ -302,6 +316,28 @@ class AxisConfig(Config):
     amplifiers: AmplifierConfig = AmplifierConfig()
     encoder: EncoderConfig = EncoderConfig()
     resonance: ResonanceConfig = ResonanceConfig()
+    effects: Annotated[tuple[EffectConfig, ...], Field(strict=False, max_length=SLOTS)] = Field(
+        default=(),
+        description="Effects that act besides, such as other friction or cogging; they add up",
+    )
+
+    def effect_lanes(self) -> list[tuple[str, Any]]:
+        """Return name and `Parameters` of each effect, as plain numbers."""
+        if not self.effects:
+            return []
+        friction = LuGre(**self.friction.model_dump(exclude={"enabled"}))
+        return [each.lane(friction) for each in self.effects]
+
+    @model_validator(mode="after")
+    def _has_effects_that_work(self) -> Self:
+        from motionlab.targets.record_law import lane_error  # noqa: PLC0415 - see pyproject.toml
+
+        for name, par in self.effect_lanes():
+            if reason := lane_error(EFFECTS[name]):
+                raise ValueError(f"effect {name} is not made of lanes: {reason}")
+            if reason := EFFECTS[name].refuse(par):
+                raise ValueError(f"effect {name}: {reason}")
+        return self
 
     @model_validator(mode="after")
     def _can_be_stepped(self) -> Self:

@@ -69,6 +69,8 @@ _FORMS = {"^[A-Z]$": "one capital letter"}
 _CHOICE = re.compile(r"'([^']*)'")
 _LONGEST_VALUE = 80
 _FULL_MAX = 10 * SHOWN_MAX  # a file's errors are put in its order before the first are shown
+_TAGS = "kind", "effect"
+"""Fields that tell the members of a union apart."""
 _PARTS = ("controller",)
 """Fields of a table that take a name where the table does not."""
 
@@ -216,7 +218,7 @@ def _field_error(item: dict[str, Any], model: type[BaseModel]) -> FieldError:
             known = _CHOICE.findall(item["ctx"]["expected"])
             message = f"unknown key{did_you_mean(path[-1], known)}"
     if kind in {"union_tag_invalid", "union_tag_not_found"}:
-        path = [*path, "kind"]
+        path = [*path, item["ctx"]["discriminator"].strip("'").removesuffix("_kind()") or "kind"]
     return FieldError(
         loc=".".join(path),
         message=message,
@@ -350,7 +352,8 @@ def model_of(annotation: Any, tables: Any) -> type[BaseModel] | None:
     """Return the model of some tables: of several, that of their kind, by default the first."""
     models = [each for each in members(annotation) if _is_table(each)]
     if len(models) > 1:
-        kind = tables.get("kind") if isinstance(tables, Mapping) else getattr(tables, "kind", None)
+        tag = next((name for name in _TAGS if name in models[0].model_fields), "")
+        kind = tables.get(tag) if isinstance(tables, Mapping) else getattr(tables, tag, None)
         models = [each for each in models if kind is None or _tag(each) == kind]
     return models[0] if models else None
 
@@ -363,7 +366,13 @@ def item_of(annotation: Any) -> Any:
 
 def _tag(model: Any) -> Any:
     fields = getattr(model, "model_fields", {})
-    return fields["kind"].default if "kind" in fields else None
+    return next((_only(fields[name]) for name in _TAGS if name in fields), None)
+
+
+def _only(info: FieldInfo) -> Any:
+    """Return the default of a tag, or the only value that it can take."""
+    values = typing.get_args(strip(info.annotation))
+    return values[0] if info.is_required() and len(values) == 1 else info.default
 
 
 def unit_of_field(info: FieldInfo | None) -> str:

@@ -89,6 +89,7 @@ def step_of(law: Law) -> Callable[..., tuple[Any, Phases, Signals]]:
             current_b=0.0,
             current_c=0.0,
             learnt=0.0,
+            encoder_jitter=0.0,
         )
         motion = observe_motion(par, s, at, position)
         estimate, law_state = step_law(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError, FieldError
 from motionlab.export.fmu import UnitExport, export_unit
@@ -36,7 +37,7 @@ def export_plant(scenario: Scenario, path: Path) -> UnitExport:
     Raises
     ------
     ConfigError
-        If the motor has no phases, a force map is not there, or the file cannot be.
+        If the motor has no phases or has effects, a force map is not there, or the file cannot be.
     Infeasible
         If the motor cannot follow the trajectory, at whose start it stands.
     MotionLabError
@@ -51,6 +52,16 @@ def export_plant(scenario: Scenario, path: Path) -> UnitExport:
                 "plant.force", "has no phases, whose currents an FMU takes", "ideal", "phases"
             )
         )
+    for axis in AXES:
+        if effects := getattr(scenario.plant, axis).effects:
+            raise ConfigError(
+                FieldError(
+                    f"plant.{axis}.effects",
+                    "cannot be exported: an FMU has the motor's own friction alone",
+                    ", ".join(each.effect for each in effects),
+                    "none",
+                )
+            )
     reference = prepare(scenario).reference
     x, y = reference.position[0]
     model = Model(

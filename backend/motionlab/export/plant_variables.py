@@ -24,9 +24,13 @@ _SIMULATION_ONLY = {
     "ripple_amplitude",
     "ripple_frequency",
     "noise",
+    "jitter",
     "interface_rate",
+    "effects",
 }
-"""Fields of an axis that limit trajectories, or describe noise, which is the importer's."""
+"""Fields of an axis that limit trajectories, or describe noise, which is the importer's.
+
+A motor with effects is not exported."""
 
 _MEMBERS = {
     "friction.enabled": "friction_on",

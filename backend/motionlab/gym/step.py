@@ -26,7 +26,7 @@ from motionlab.kernel.layout import (
     state_row,
     write_state,
 )
-from motionlab.kernel.tick import learnt_force, tick
+from motionlab.kernel.tick import learnt_force, measured_position, tick
 from motionlab.lanes import (
     WIDTH,
     Lanes,
@@ -38,7 +38,6 @@ from motionlab.lanes import (
     select,
     unpack,
 )
-from motionlab.plant.encoder import measure
 from motionlab.simulation.inputs import PAGE
 
 Array = NDArray[np.float64]
@@ -88,7 +87,7 @@ class Weights(NamedTuple):
 @compiled
 def _observed(par: Parameters, s: State, at: Inputs) -> Observed:
     """Return the observation of the period that begins now."""
-    p_meas = measure(par.encoder, s.plant.p + s.plant.y, at.encoder_noise)
+    p_meas = measured_position(par, s, at)
     memory = s.memory
     last = Last(memory.p_last, memory.v_last, memory.e_last)
     motion = estimate_motion(at.p_ref, p_meas, last, s.age == 0.0)

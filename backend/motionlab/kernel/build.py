@@ -25,9 +25,11 @@ from motionlab.config.scenario import Scenario
 from motionlab.control.compensation import Compensation
 from motionlab.control.notch import sampled_notch
 from motionlab.control.position import PositionController
+from motionlab.effects import EFFECTS
 from motionlab.force_sharing.functions import CLOSED_FORM
 from motionlab.force_sharing.ripple import reachable_over
 from motionlab.force_sharing.share import ForceModel
+from motionlab.kernel.effect_calls import effect_numbers
 from motionlab.kernel.force_maps import force_model, map_lanes
 from motionlab.kernel.law_calls import law_number
 from motionlab.kernel.layout import (
@@ -88,7 +90,11 @@ def lane_parameters(scenario: Scenario) -> NDArray[np.float64]:
 
 def mover_parameters(scenario: Scenario, controller: ControllerConfig) -> list[list[float]]:
     """Return the lane parameters of both axes of one variant, shape (2, PARAMETER_ROWS)."""
-    return [column(lane(scenario, controller, axis)) for axis in AXES]
+    axes = ((axis, getattr(scenario.plant, axis)) for axis in AXES)
+    return [
+        column(lane(scenario, controller, axis), effect_numbers(plant.effect_lanes()))
+        for axis, plant in axes
+    ]
 
 
 def initial_state(
@@ -125,7 +131,11 @@ def motion_limits(  # noqa: PLR0913 - what decides, and nothing else
 
     def friction(axis: int, v: NDArray[np.float64]) -> NDArray[np.float64]:
         f = axes[axis].friction.parameters()
-        return steady_friction(v, f.F_c, f.F_s, f.v_s, f.sigma_2)
+        force = steady_friction(v, f.F_c, f.F_s, f.v_s, f.sigma_2)
+        for name, par in axes[axis].effect_lanes():
+            if (level := EFFECTS[name].level) is not None:
+                force = force + level(par, v)
+        return force
 
     if plant.force == "ideal":
         ranges = [np.full_like(each, force_limit) for each in ranges]

@@ -1,24 +1,19 @@
-"""Calls of laws from the kernel: machine code of their own, at addresses that a table holds.
+"""Calls of laws from the kernel, `motionlab.kernel.row_calls`.
 
-So a law is compiled once, alone, and the kernel not at all when one is added. What a law reads and
-writes lies in rows of eight lanes; a call writes the lanes that have this law, and no others.
+What a law reads and writes lies in rows of eight lanes; a call writes the lanes that have this law,
+and no others.
 """
 
 from __future__ import annotations
 
-import hashlib
-import threading
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
-from llvmlite import ir
-from numba import types
-from numba.extending import intrinsic, overload
+from numba.extending import overload
 from numpy.typing import NDArray
 
 from motionlab.control.position import PositionController
+from motionlab.kernel.effect_calls import effects_of, enter_effects, leave_effects
 from motionlab.kernel.layout import (
     CONTROLLER,
     LAW_NUMBER,
@@ -31,25 +26,21 @@ from motionlab.kernel.layout import (
     Parameters,
 )
 from motionlab.kernel.motion import Motion, seen
+from motionlab.kernel.row_calls import OnRows, RowCode, caller, chosen
 from motionlab.lanes import (
     WIDTH,
     Lanes,
     compiled,
     load_vectors,
     pack,
-    select,
     store_vectors,
     unpack,
 )
-from motionlab.lanes.compiler import entry
 from motionlab.laws import LAWS, OWN, SHIPPED, SOURCES, renewed
 from motionlab.laws.law import Estimate, Law
 from motionlab.plant.friction import LuGre
 
 Array = NDArray[np.float64]
-
-_numba: Any = numba  # whose types do not name all that it exports
-carray = _numba.carray
 
 
 class _Number(NamedTuple):
@@ -83,12 +74,13 @@ _STATES = len(LawState._fields)
 
 
 class Laws(NamedTuple):
-    """The laws that lanes side by side may have, and the rows of their calls."""
+    """The laws that lanes side by side may have, and the rows of their calls; so for effects."""
 
     addresses: NDArray[np.int64]  # of the machine code of each law, (laws,)
     used: NDArray[np.int64]  # 1 where a lane has this law; overwritten
     rows: Array  # (vectors, ROWS, WIDTH); overwritten
     carried: NDArray[np.int64]  # row of the state of one law for each of another; -1: none
+    effects: Any  # `motionlab.kernel.effect_calls.Effects`, or None where no lane has one
 
 
 @compiled
@@ -120,8 +112,9 @@ def adopt_states(parameters: Array, state: Array, carried: NDArray[np.int64]) ->
 
 @compiled
 def enter_laws(parameters: Array, state: Array, laws: Laws) -> None:
-    """Write parameters and state of lanes into the rows of their laws' calls."""
+    """Write parameters and state of lanes into the rows of their laws' and effects' calls."""
     adopt_states(parameters, state, laws.carried)
+    enter_effects(parameters, state, laws.effects)
     used, rows = laws.used, laws.rows
     used[:] = 0
     for vector in range(rows.shape[0]):
@@ -138,7 +131,8 @@ def enter_laws(parameters: Array, state: Array, laws: Laws) -> None:
 
 @compiled
 def leave_laws(state: Array, laws: Laws) -> None:
-    """Write the state of laws back into the state of their lanes."""
+    """Write the state of laws and effects back into the state of their lanes."""
+    leave_effects(state, laws.effects)
     rows = laws.rows
     for vector in range(rows.shape[0]):
         for lane in range(WIDTH):
@@ -160,21 +154,7 @@ def estimate_friction(laws: Laws, motion: Any) -> Estimate:
 # -- code of a law --------------------------------------------------------------------------------
 
 
-def _chosen(mask: Any, values: Any, others: Any) -> Any:
-    """Return a record with `values` where `mask` holds and `others` elsewhere."""
-    pairs = zip(values, others, strict=True)
-    return type(others)(*(select(mask, value, other) for value, other in pairs))
-
-
-@overload(_chosen, strict=False)
-def _overload_chosen(mask: Any, values: Any, others: Any) -> Any:
-    terms = ", ".join(f"select(mask, values[{k}], others[{k}])" for k in range(len(others)))
-    scope = {"select": select, "record": others.instance_class}
-    exec(f"def chosen(mask, values, others):\n    return record({terms})", scope)
-    return scope["chosen"]
-
-
-def on_rows(number: int, law: Law) -> Callable[[Array], None]:
+def on_rows(number: int, law: Law) -> OnRows:
     """Return the function that calls a law on the rows of eight lanes, (ROWS, WIDTH)."""
     step, par_record, state_record = law.step, law.Parameters, law.State
     stateless = not state_record._fields
@@ -188,9 +168,9 @@ def on_rows(number: int, law: Law) -> Callable[[Array], None]:
         estimate, after = step(par, state, known)
         own = unpack(_Number, rows, _NUMBER).law == float(number)
         before = unpack(Estimate, rows, _ESTIMATE)
-        pack(_chosen(own, estimate, before), rows[_ESTIMATE:ROWS])
+        pack(chosen(own, estimate, before), rows[_ESTIMATE:ROWS])
         if not stateless:
-            pack(_chosen(own, after, state), rows[_STATE : _STATE + len(state)])
+            pack(chosen(own, after, state), rows[_STATE : _STATE + len(state)])
 
     return call
 
@@ -232,10 +212,7 @@ def _carried(laws: list[Law]) -> NDArray[np.int64]:
 
 _CARRIED = _carried(LAWS_BY_NUMBER)
 SHIPPED_CARRIED = _carried(SHIPPED_BY_NUMBER)
-_ADDRESSES = np.zeros(len(LAWS_BY_NUMBER), dtype=np.int64)
-_CODE: dict[int, Any] = {}
-_KEPT: list[Any] = []  # code of former versions, which a loop may be in
-_LOCK = threading.Lock()
+_CODE = RowCode(len(LAWS_BY_NUMBER), ROWS)
 
 
 def law_of(par: Parameters) -> Law:
@@ -258,11 +235,11 @@ def all_laws() -> Laws:
     """Return the calls of every law for eight lanes, whose parameters may change to any other."""
     for number in range(len(LAWS_BY_NUMBER)):
         _require(number)
-    return _calls(1)
+    return _calls(1, None)
 
 
 def laws_of(parameters: Array) -> Laws:
-    """Return the calls of the laws of lanes, whose code is compiled, or loaded, if it is not there.
+    """Return the calls of the laws and effects of lanes, compiled, or loaded, if not there.
 
     Parameters
     ----------
@@ -271,18 +248,21 @@ def laws_of(parameters: Array) -> Laws:
     """
     for number in {int(number) for number in parameters[..., LAW_NUMBER, :].ravel().tolist()}:
         _require(number)
-    return _calls(parameters.shape[-1] // WIDTH)
+    return _calls(parameters.shape[-1] // WIDTH, effects_of(parameters))
 
 
-def _calls(vectors: int) -> Laws:
-    used, rows = np.zeros_like(_ADDRESSES), np.zeros((vectors, ROWS, WIDTH))
-    return Laws(_ADDRESSES, used, rows, _CARRIED)
+def _calls(vectors: int, effects: Any) -> Laws:
+    used, rows = np.zeros_like(_CODE.addresses), np.zeros((vectors, ROWS, WIDTH))
+    return Laws(_CODE.addresses, used, rows, _CARRIED, effects)
 
 
 def _require(number: int) -> None:
-    with _LOCK:
-        if number not in _CODE:
-            _compile(number)
+    _CODE.require(number, lambda: _code(number))
+
+
+def _code(number: int) -> tuple[OnRows, str | None]:
+    law = LAWS_BY_NUMBER[number]
+    return on_rows(number, law), SOURCES.get(law.name)
 
 
 def renew_law(name: str, text: str | None = None) -> None:
@@ -300,37 +280,22 @@ def renew_law(name: str, text: str | None = None) -> None:
     """
     number, before = _NUMBERS[name], OWN[name]
     law = renewed(name, text)
-    with _LOCK:
+    with _CODE.lock:
         former, LAWS_BY_NUMBER[number] = LAWS_BY_NUMBER[number], law
         try:
-            _compile(number)
+            _CODE.compile(number, *_code(number))
         except Exception:
             LAWS_BY_NUMBER[number] = former
             OWN[name] = LAWS[name] = before
             raise
 
 
-def _compile(number: int) -> None:
-    call = on_rows(number, LAWS_BY_NUMBER[number])
-    if _numba.config.DISABLE_JIT:
-        _CODE[number] = call
-        return
-
-    def at(pointer: Any) -> None:
-        call(carray(pointer, (ROWS, WIDTH)))
-
-    if source := SOURCES.get(LAWS_BY_NUMBER[number].name):
-        # Compiled code is kept under this name: the model's hash does not know the file.
-        at.__qualname__ += f"-{hashlib.sha256(source.encode()).hexdigest()[:16]}"
-    code = entry(types.void(types.CPointer(types.float64)))(at)
-    _KEPT.append(_CODE.get(number))
-    _CODE[number] = code
-    _ADDRESSES[number] = code.address
+_call = caller(ROWS)
 
 
 def call_law(law: int, _addresses: NDArray[np.int64], rows: Array, vector: int) -> None:
     """Call a law on the rows of one vector of lanes."""
-    _CODE[law](rows[vector])
+    _CODE.code[law](rows[vector])
 
 
 @overload(call_law, inline="always", strict=False)
@@ -339,19 +304,3 @@ def _overload_call_law(law: Any, _addresses: Any, rows: Any, vector: Any) -> Any
         _call(_addresses[law], rows, vector)  # pyright: ignore[reportCallIssue]
 
     return at_address
-
-
-@intrinsic
-def _call(_: Any, address: Any, rows: Any, vector: Any) -> Any:
-    def lower(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        array = context.make_array(signature.args[1])(context, builder, values[1])
-        first = builder.mul(context.cast(builder, values[2], signature.args[2], types.int64), _SIZE)
-        pointer = array.data.type
-        function = ir.FunctionType(ir.VoidType(), [pointer]).as_pointer()
-        builder.call(builder.inttoptr(values[0], function), [builder.gep(array.data, [first])])
-        return context.get_dummy_value()
-
-    return types.void(address, rows, vector), lower
-
-
-_SIZE = ir.Constant(ir.IntType(64), ROWS * WIDTH)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from motionlab.control.compensation import Compensation
 from motionlab.control.notch import Notch
 from motionlab.control.position import PositionController
+from motionlab.effects import effect
 from motionlab.force_sharing.functions import CLOSED_FORM, SharingParameters
 from motionlab.force_sharing.share import ForceModel, Sharing
 from motionlab.lanes import Lanes, compiled, pack, unpack
@@ -37,6 +38,7 @@ class Inputs(NamedTuple):
     current_b: Lanes
     current_c: Lanes
     learnt: Lanes  # force that was learnt of the motion, N
+    encoder_jitter: Lanes  # time by which the encoder samples late, s
 
 
 class ControllerState(NamedTuple):
@@ -63,7 +65,7 @@ class Command(NamedTuple):
 
 
 class State(NamedTuple):
-    """State of a lane between ticks; that of its law lies in rows of its own."""
+    """State of a lane between ticks; those of its law and effects lie in rows of their own."""
 
     plant: PlantState
     memory: ControllerState
@@ -111,7 +113,10 @@ class Limits(NamedTuple):
 
 
 class Parameters(NamedTuple):
-    """The parameter groups of a lane; plant and controller's model are separate."""
+    """The parameter groups of a lane, those of its effects apart.
+
+    Plant and controller's model are separate.
+    """
 
     friction: LuGre
     force_map: MotorMap
@@ -144,10 +149,19 @@ def _first_rows(paths: tuple[str, ...]) -> list[int]:
     return [row for row, owner in enumerate(owners) if owner not in owners[max(row - 1, 0) : row]]
 
 
-PARAMETERS = tuple(_paths(Parameters))
+def _of_effects(letter: str, count: int) -> list[str]:
+    """Return the paths of the effects of a lane: the number of each, 0 for none, then its own."""
+    names = ("number", *(f"{letter}_{k}" for k in range(count)))
+    return [f"effects.{slot}.{name}" for slot in range(effect.SLOTS) for name in names]
+
+
+EFFECT_PARAMETERS = _of_effects("p", effect.PARAMETER_ROWS)
+EFFECT_STATES = _of_effects("s", effect.STATE_ROWS)
+PARAMETERS = (*_paths(Parameters), *EFFECT_PARAMETERS)
 """The dotted path of each row of an array of lane parameters."""
 PARAMETER_ROWS = len(PARAMETERS)
-STATES = (*_paths(State), *(f"law.{name}" for name in LawState._fields), "law_number")
+LAW_STATES = (*(f"law.{name}" for name in LawState._fields), "law_number")
+STATES = (*_paths(State), *LAW_STATES, *EFFECT_STATES)
 """The dotted path of each row of an array of states."""
 STATE_ROWS = len(STATES)
 INPUT_ROWS = len(Inputs._fields)
@@ -164,16 +178,25 @@ def state_row(path: str) -> int:
     return STATES.index(path)
 
 
-def column(par: Any) -> list[float]:
-    """Return the numbers of `Parameters` of one lane in the order of their rows."""
-    return [
-        float(value)
-        for entry in par
-        for value in (column(entry) if isinstance(entry, tuple) else [entry])
-    ]
+def column(par: Any, effects: list[float] | None = None) -> list[float]:
+    """Return the numbers of `Parameters` of one lane, and of its effects, in order of their rows.
+
+    `effects` are `EFFECT_PARAMETERS`; left out, there are none.
+    """
+    return [*_numbers(par), *([0.0] * len(EFFECT_PARAMETERS) if effects is None else effects)]
 
 
-_, _MEMORY, _ACTING, _PENDING, _CLOCK, LAW_STATE, LAW_OF_STATE = _first_rows(STATES)
+def _numbers(par: Any) -> Iterator[float]:
+    for each in par:
+        if isinstance(each, tuple):
+            yield from _numbers(each)
+        else:
+            yield float(each)
+
+
+_, _MEMORY, _ACTING, _PENDING, _CLOCK, LAW_STATE, LAW_OF_STATE, EFFECT_STATE, *_ = _first_rows(
+    STATES
+)
 
 
 @compiled
@@ -229,6 +252,8 @@ _TABLED = [
     _SHARING_PARAMETERS,
     _LIMITS,
     LAW_PARAMETERS,
+    EFFECT,
+    *_,
 ) = _first_rows(PARAMETERS)
 
 

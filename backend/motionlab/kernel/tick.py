@@ -1,7 +1,7 @@
 """One control period: the kernel.
 
-A period has two halves: `control`, without access to the machine, and `move`, the machine under the
-command in effect.
+A period has two halves: `control`, without access to the machine, and
+`motionlab.kernel.move.move`, the machine under the command in effect.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from motionlab.control.notch import notched
 from motionlab.control.position import Last, disturbance_estimate, estimate_motion, pd_force
 from motionlab.force_sharing.share import share_force
+from motionlab.kernel.effect_calls import Effects
 from motionlab.kernel.law_calls import (
     Laws,
     enter_laws,
@@ -34,6 +35,7 @@ from motionlab.kernel.layout import (
     write_state,
 )
 from motionlab.kernel.motion import Motion
+from motionlab.kernel.move import move, move_resisted, resisted_now
 from motionlab.lanes import (
     Lanes,
     Mask,
@@ -49,15 +51,13 @@ from motionlab.lanes import (
 from motionlab.lanes.bank import TABLES
 from motionlab.lanes.functions import clip
 from motionlab.laws.law import Estimate
-from motionlab.plant.current import settled_current
 from motionlab.plant.encoder import corrected, measure
 from motionlab.plant.friction import friction_force
-from motionlab.plant.machine import IdealForce, Machine, substep
 from motionlab.plant.magnetics import Phases
 from motionlab.plant.mechanics import end_stop_force
 from motionlab.plant.table_map import normal_force_of, thrust_of
 from motionlab.telemetry.channels import Sample
-from motionlab.timing import PLANT_STEP, SUBSTEPS
+from motionlab.timing import CONTROL_PERIOD
 
 
 class EncoderSample(NamedTuple):
@@ -180,25 +180,6 @@ def in_effect(par: Parameters, pending: Command, made: Command) -> Command:
 
 
 @compiled
-def move(
-    par: Parameters,
-    s: PlantState,
-    acting: Command,
-    at: Inputs,
-    tables: NDArray[np.float64] | None,
-) -> PlantState:
-    """Return the machine's half of a period: its state after currents followed their commands."""
-    ideal = IdealForce(par.controller.ideal_force > 0.0, acting.force)
-    disturbance = Phases(at.current_a, at.current_b, at.current_c)
-    command = Phases(acting.current_a, acting.current_b, acting.current_c)
-    target = settled_current(par.amplifiers, command, disturbance)
-    machine = Machine(par.amplifiers, par.force_map, par.mechanics, par.friction, par.resonance)
-    for _ in range(SUBSTEPS):
-        s = substep(machine, s, target, at.load, ideal, tables, PLANT_STEP)
-    return s
-
-
-@compiled
 def tick(  # noqa: PLR0913, PLR0917 - as `control`
     par: Parameters,
     s: State,
@@ -213,22 +194,25 @@ def tick(  # noqa: PLR0913, PLR0917 - as `control`
     `extra`, N, if there is one, is added to the controller's.
     """
     p_meas = measured_position(par, s, at)
-    return act(par, s, at, control(par, s, at, p_meas, tables, laws, extra), tables)
+    controlled = control(par, s, at, p_meas, tables, laws, extra)
+    return act(par, s, at, controlled, tables, laws.effects)
 
 
 @compiled
 def measured_position(par: Parameters, s: State, at: Inputs) -> Lanes:
     """Return the position that the encoder reads at the start of a period, m."""
-    return measure(par.encoder, s.plant.p + s.plant.y, at.encoder_noise)
+    late = (s.plant.v + s.plant.y_rate) * at.encoder_jitter
+    return measure(par.encoder, s.plant.p + s.plant.y + late, at.encoder_noise)
 
 
 @compiled
-def act(
+def act(  # noqa: PLR0913, PLR0917 - as `tick`
     par: Parameters,
     s: State,
     at: Inputs,
     controlled: tuple[ControllerState, Command, Signals],
     tables: NDArray[np.float64] | None,
+    effects: Effects | None,
 ) -> tuple[State, Sample]:
     """Return what `tick` does, given what `control` made of the period's start."""
     memory, made, signals = controlled
@@ -241,6 +225,15 @@ def act(
     force = select(ideal, acting.force, thrust)
     attraction = normal_force_of(par.force_map, tables, machine.p, current)
     f_friction = friction_force(par.friction, machine.v, machine.z)
+    if effects is None:
+        resistance = f_friction
+        after = move(par, machine, acting, at, tables)
+    else:
+        time, normal = s.age * CONTROL_PERIOD, select(ideal, 0.0, attraction)
+        now = resisted_now(par, machine, force, normal, time, effects)
+        resistance = f_friction + now.force
+        f_friction = f_friction + now.friction
+        after = move_resisted(par, machine, acting, at, tables, effects, now.force, time)
     stop = end_stop_force(par.mechanics, machine.p, machine.v)
     limit = par.controller.force_limit
     sample = Sample(
@@ -249,7 +242,7 @@ def act(
         following_error=signals.error,
         velocity=machine.v,
         velocity_measured=signals.v,
-        acceleration=(force + stop - at.load - f_friction) / par.mechanics.M,
+        acceleration=(force + stop - at.load - resistance) / par.mechanics.M,
         pd_force=signals.u,
         friction=f_friction,
         friction_estimate=made.estimate,
@@ -273,7 +266,7 @@ def act(
 
     healthy = (abs(signals.error) <= par.limits.error) & (abs(signals.f_command) < np.inf)
     state = State(
-        plant=move(par, machine, acting, at, tables),
+        plant=after,
         memory=memory,
         acting=acting,
         pending=made,

@@ -69,6 +69,13 @@ def exponential(x: Lanes) -> Lanes:
 
 
 @compiled
+def hyperbolic_tangent(x: Lanes) -> Lanes:
+    """Return ``tanh x = sgn(x) (1 - e)/(1 + e)`` with ``e = exp(-2 abs(x))``."""
+    e = exponential(-2.0 * abs(x))
+    return sign(x) * ((1.0 - e) / (1.0 + e))
+
+
+@compiled
 def sine_cosine(turns: Lanes) -> tuple[Lanes, Lanes]:
     """Return sin and cos of 2 pi `turns`."""
     quarter = round_nearest(4.0 * turns)

@@ -10,6 +10,7 @@ import os
 from collections.abc import Mapping
 
 from motionlab.declarations import DeclarationError, declared_in, parameters_of
+from motionlab.effects import PROBLEMS
 from motionlab.errors import FieldError
 from motionlab.laws.law import ROWS, Law, Parameter
 from motionlab.own_files import ENTRY_POINTS, VARIABLE, OwnFile, own_files
@@ -72,6 +73,8 @@ def _shipped() -> dict[str, Law]:
 def _own(shipped: Mapping[str, Law]) -> None:
     """Take the laws of one's own that can be taken, and note why others cannot."""
     for file in own_files(os.environ.get(VARIABLE, ""), ENTRY_POINTS):
+        if file.declares("EFFECT"):
+            continue  # of `motionlab.effects`
         try:
             law, source = file.declared("LAW")
             _fits(law)
@@ -96,8 +99,6 @@ FILES: dict[str, OwnFile] = {}
 """The file of each."""
 SOURCES: dict[str, str] = {}
 """The text of the file of each."""
-PROBLEMS: list[FieldError] = []
-"""Why files of one's own are not taken."""
 _own(SHIPPED)
 
 LAWS = SHIPPED | OWN

@@ -7,6 +7,7 @@ from typing import Any
 
 from motionlab import __version__
 from motionlab.config.scenario import Scenario
+from motionlab.effects import SOURCES as EFFECT_SOURCES
 from motionlab.executors.code import processor
 from motionlab.kernel.force_maps import maps_of
 from motionlab.lanes import model_hash
@@ -72,9 +73,12 @@ def new_run(
 
 
 def own_laws_of(scenario: Scenario) -> dict[str, str]:
-    """Return the text of the file of each law of one's own that a scenario's controllers have."""
+    """Return the text of the file of each law and effect of one's own that a scenario has."""
     used = {each.controller.compensation.law for each in scenario.variants.values()}
-    return {name: SOURCES[name] for name in sorted(used & SOURCES.keys())}
+    axes = scenario.plant.x, scenario.plant.y
+    effects = {each.effect for axis in axes for each in axis.effects} & EFFECT_SOURCES.keys()
+    laws = {name: SOURCES[name] for name in sorted(used & SOURCES.keys())}
+    return laws | {name: EFFECT_SOURCES[name] for name in sorted(effects)}
 
 
 def live_run(scenario: Scenario, run_id: str, created: float, *, drive: str = "") -> RunDetail:

@@ -74,7 +74,7 @@ class LoopOfVariant(BaseModel):
     """The loops of one variant."""
 
     axes: dict[str, LoopOfAxis] = Field(description="Empty where the law has no linearisation")
-    note: str | None = Field(description="Why there are none")
+    note: str | None = Field(description="Why there are none, or what they leave out")
 
 
 class LoopDocument(BaseModel):
@@ -98,7 +98,13 @@ def _variant(scenario: Scenario, variant: str) -> LoopOfVariant:
         axes = {axis: _axis(scenario, variant, axis) for axis in AXES}
     except NoLinearisation as error:
         return LoopOfVariant(axes={}, note=error.errors[0].message)
-    return LoopOfVariant(axes=axes, note=None)
+    return LoopOfVariant(axes=axes, note=_left_out(scenario))
+
+
+def _left_out(scenario: Scenario) -> str | None:
+    """Return which effects of the plant the linearised loops do not have."""
+    names = sorted({each.effect for axis in AXES for each in getattr(scenario.plant, axis).effects})
+    return f"without the plant's effects: {', '.join(names)}" if names else None
 
 
 @TABLES.lease()

@@ -1,15 +1,22 @@
-"""A trial of a law's file, which this process has imported: `own_laws.check` runs it in a child."""
+"""A trial of a file of a law or an effect, which this process has imported.
+
+`own_laws.check` runs it in a child.
+"""
 
 from __future__ import annotations
 
 import re
 import traceback
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from motionlab.config.load import load_scenario
+from motionlab.config.planar import AXES
 from motionlab.declarations import DeclarationError
+from motionlab.effects import EFFECTS, Effect
+from motionlab.effects import FILES as EFFECT_FILES
 from motionlab.errors import FieldError
 from motionlab.kernel.law_calls import renew_law
 from motionlab.laws import FILES, LAWS, Law
@@ -23,7 +30,10 @@ _SHORT = {"trajectory.laps": 1, "trajectory.lead_in": 0.1}
 
 
 def try_file(path: Path) -> Checked:
-    """Return what is wrong with the law of a file that this process has, or that nothing is."""
+    """Return what is wrong with the law or effect of a file of this process, or nothing."""
+    for name, file in EFFECT_FILES.items():
+        if file.path == path:
+            return _no_lanes(EFFECTS[name], path) or _run(name, path, effect=True)
     name = next(name for name, file in FILES.items() if file.path == path)
     return _no_lanes(LAWS[name], path) or _run(name, path)
 
@@ -42,7 +52,7 @@ def try_version(name: str, text: str, path: Path) -> Checked:
     return _run(name, path)
 
 
-def _no_lanes(law: Law, path: Path) -> Checked | None:
+def _no_lanes(law: Law | Effect, path: Path) -> Checked | None:
     if not (reason := lane_error(law)):
         return None
     reason = reason.replace(law.step.__module__, path.name)
@@ -52,9 +62,9 @@ def _no_lanes(law: Law, path: Path) -> Checked | None:
     return Checked(law.name, (problem,))
 
 
-def _run(name: str, path: Path) -> Checked:
+def _run(name: str, path: Path, *, effect: bool = False) -> Checked:
     try:
-        problem = problem_of(name)
+        problem = problem_of_effect(name) if effect else problem_of(name)
     except Exception as error:
         problem = _raised(name, path, error)
     return Checked(name, () if problem is None else (problem.at(str(path)),))
@@ -76,9 +86,19 @@ def _raised(name: str, path: Path, error: Exception) -> FieldError:
 def problem_of(name: str) -> FieldError | None:
     """Simulate a circle with the law in controller B, and say where its force is not finite."""
     law = {"variants.B.controller.compensation.law": name}
-    recording = run(prepare(load_scenario("circle", _SHORT | law), checked=True))
-    for axis in "xy":
-        force = recording.variants["B"].channel("friction_estimate", axis)
+    return _not_finite(name, law, "friction_estimate")
+
+
+def problem_of_effect(name: str) -> FieldError | None:
+    """Simulate a circle with the effect on both axes, and say where its force is not finite."""
+    effects = {f"plant.{axis}.effects": [{"effect": name}] for axis in AXES}
+    return _not_finite(name, effects, "acceleration")
+
+
+def _not_finite(name: str, changes: dict[str, Any], channel: str) -> FieldError | None:
+    recording = run(prepare(load_scenario("circle", _SHORT | changes), checked=True))
+    for axis in AXES:
+        force = recording.variants["B"].channel(channel, axis)
         wrong = np.flatnonzero(~np.isfinite(force))
         if len(wrong):
             at = f"{wrong[0] * CONTROL_PERIOD:.4f} s of a circle, on {axis}"

@@ -340,10 +340,10 @@ def acting(scenario: Scenario) -> tuple[Any, ...]:
     axes = (scenario.plant.x, scenario.plant.y)
     noise = (
         scenario.load.noise,
-        *((axis.encoder.noise, axis.amplifiers.noise) for axis in axes),
+        *((axis.encoder.noise, axis.encoder.jitter, axis.amplifiers.noise) for axis in axes),
     )
     noisy = scenario.load.noise > 0.0 or any(
-        axis.encoder.noise > 0.0 or axis.amplifiers.noise > 0.0 for axis in axes
+        max(axis.encoder.noise, axis.encoder.jitter, axis.amplifiers.noise) > 0.0 for axis in axes
     )
     ripple = tuple(
         (axis.amplifiers.ripple_amplitude, axis.amplifiers.ripple_frequency) for axis in axes

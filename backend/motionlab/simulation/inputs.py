@@ -22,6 +22,7 @@ PAGE = 1024
 
 _ROW = {name: row for row, name in enumerate(Inputs._fields)}
 _ENCODER, _LOAD, _CURRENT = 0, 1, 2  # noise sources; phase k of the currents is _CURRENT + k
+_JITTER = _CURRENT + 3
 _PHASES = ("current_a", "current_b", "current_c")
 
 
@@ -73,6 +74,7 @@ def page_inputs(scenario: Scenario, timeline: Timeline, page: int) -> NDArray[np
 
         inputs[:, _ROW["load"], axis] += draw(_LOAD, scenario.load.noise)
         inputs[:, _ROW["encoder_noise"], axis] = draw(_ENCODER, config.encoder.noise)
+        inputs[:, _ROW["encoder_jitter"], axis] = draw(_JITTER, config.encoder.jitter)
         for phase, name in enumerate(_PHASES):
             noise = draw(_CURRENT + phase, config.amplifiers.noise)
             if config.amplifiers.ripple_amplitude > 0.0:

@@ -159,15 +159,15 @@ def lane_run(prepared: Prepared, start: Snapshot | None, stop: int, known: Known
     Raises
     ------
     Obstacle
-        If it is too long, has a law of one's own, or a variant reads tables on one of its axes
-        only.
+        If it is too long, has effects or a law of one's own, or a variant reads tables on one of
+        its axes only.
     """
     first = 0 if start is None else start.tick
     if (stop - first) * len(prepared.scenario.variants) > TICKS_MAX:
         longest = TICKS_MAX * CONTROL_PERIOD
         raise Obstacle(f"it takes more than {longest:g} s, summed over variants")
     in_effect = _in_effect(prepared.epochs, first, stop)
-    _refuse_own_laws(in_effect)
+    _refuse_own(in_effect)
     with TABLES.lease():
         lanes = lanes_of(in_effect)
         own = own_tables(lanes)
@@ -192,8 +192,10 @@ def lane_run(prepared: Prepared, start: Snapshot | None, stop: int, known: Known
     )
 
 
-def _refuse_own_laws(epochs: Epochs) -> None:
+def _refuse_own(epochs: Epochs) -> None:
     for _, scenario in epochs:
+        if any(getattr(scenario.plant, axis).effects for axis in AXES):
+            raise Obstacle("the motor has effects, which the page does not have")
         for variant in scenario.variants.values():
             if (law := variant.controller.compensation.law) in OWN:
                 raise Obstacle(f"the law {law} is of a file of one's own, which it does not have")

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from motionlab.config.scenario import Scenario
+from motionlab.effects import EFFECTS
 from motionlab.errors import ConfigError
 from motionlab.loop.linearise import SLIDING, is_stable
 
@@ -31,11 +32,19 @@ def warnings_of(scenario: Scenario, name: str, result: Mapping[str, Any]) -> Ite
         return
     for axis, metrics in result["axes"].items():
         causes = _instability(scenario, name, axis)
+        config = getattr(scenario.plant, axis)
+        if config.friction.enabled and any(_resists(each.effect) for each in config.effects):
+            causes.append(f"friction acts twice: that of plant.{axis}.friction, and of its effects")
         share = metrics["saturated_fraction"] or 0.0
         if share > _SATURATED:
             causes.append(f"its command is at a limit {100 * share:.3g} % of the time")
         if causes:
             yield f"on {axis}: {' and '.join(causes)}"
+
+
+def _resists(name: str) -> bool:
+    """Return whether an effect is a whole friction: one that has a level of its own."""
+    return EFFECTS[name].friction and EFFECTS[name].level is not None
 
 
 def _instability(scenario: Scenario, name: str, axis: str) -> list[str]:

@@ -14,7 +14,7 @@ from typing import Any, cast
 from motionlab.config.plant import FrictionConfig
 from motionlab.force_sharing.functions import CLOSED_FORM, FUNCTIONS, SharingParameters
 from motionlab.kernel import build, force_maps, law_calls
-from motionlab.kernel.layout import PARAMETERS, STATES, LawParameters
+from motionlab.kernel.layout import EFFECT_PARAMETERS, PARAMETERS, STATES, LawParameters
 from motionlab.lanes import model_hash
 from motionlab.laws import SHIPPED
 from motionlab.plant.magnetics import AnalyticMap
@@ -45,8 +45,11 @@ const force_model = (config, sharing, limit) => {
 };
 const flat = (value) => typeof value === 'object' && value !== null
   ? Object.values(value).flatMap(flat) : [value === undefined ? undefined : Number(value)];
-export const rows = (scenario, variant, axis) =>
-  flat(LANE(scenario, scenario.variants[variant].controller, axis));
+// Rows of effects, which only the server has, stay as they are.
+export const rows = (scenario, variant, axis) => [
+  ...flat(LANE(scenario, scenario.variants[variant].controller, axis)),
+  ...Array(EFFECT_ROWS).fill(),
+];
 export const refusal = (compensation, model) =>
   LAWS[compensation.law].refuse(compensation, FRICTION(model.friction));
 """
@@ -79,6 +82,7 @@ def lane_code() -> str:
         for name, law in SHIPPED.items()
     ]
     constants: dict[str, Any] = {
+        "EFFECT_ROWS": len(EFFECT_PARAMETERS),
         "LAW_ROWS": len(LawParameters._fields),
         "FORMULA": AnalyticMap._fields,
         "ANALYTIC": list(ANALYTIC),

@@ -1,4 +1,4 @@
-"""Why a law is not made of lanes, in words, before it is compiled or exported."""
+"""Why a law or an effect is not made of lanes, in words, before it is compiled or exported."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import functools
 import inspect
 from typing import Any
 
+from motionlab.effects import Effect, MidStep, Resistance
 from motionlab.laws import Law
 from motionlab.laws.law import Estimate, Seen
 from motionlab.targets.record import Recorder
@@ -16,19 +17,21 @@ from motionlab.targets.record_values import RecordError
 
 
 @functools.cache
-def lane_error(law: Law) -> str:
-    """Return what in a law's step lanes do not have, naming function and module; empty if none."""
+def lane_error(law: Law | Effect) -> str:
+    """Return what in a step lanes do not have, naming function and module; empty if none."""
     step: Any = plain(law.step)
+    known, answer = (MidStep, Resistance) if isinstance(law, Effect) else (Seen, Estimate)
     names = list(inspect.signature(step).parameters)
     if len(names) != 3:
         return f"{step.__name__} in {step.__module__}: takes {len(names)} arguments, not 3"
-    values = (zeros(law.Parameters), zeros(law.State), zeros(Seen))
+    values = (zeros(law.Parameters), zeros(law.State), zeros(known))
     try:
         result = Recorder(squares=False).record(step, dict(zip(names, values, strict=True))).result
     except RecordError as error:
         return str(error)
     pair = result if type(result) is tuple and len(result) == 2 else ()
     kinds = [class_of(each) if hasattr(each, "_fields") else type(each) for each in pair]
-    if kinds != [Estimate, law.State]:
-        return f"{step.__name__} in {step.__module__}: returns no (Estimate, {law.State.__name__})"
+    if kinds != [answer, law.State]:
+        pair = f"({answer.__name__}, {law.State.__name__})"
+        return f"{step.__name__} in {step.__module__}: returns no {pair}"
     return ""

@@ -117,7 +117,7 @@ def _advance(
         known = seen(par.controller, par.model_friction, motion)
         estimate, law_state = estimate_friction(number, par.law, law_state, known)
         controlled = command(par, s, motion, estimate, tables, learnt_force(par, at))
-        s, sample = act(par, s, at, controlled, tables)
+        s, sample = act(par, s, at, controlled, tables, None)
         record(sample, samples, k)
         s = _without_traces(s)
     write_state(s, state)

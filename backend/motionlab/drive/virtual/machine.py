@@ -71,7 +71,7 @@ def one_step(
     at: Inputs,
     tables: NDArray[np.float64] | None,
 ) -> PlantState:
-    """Return the state of the machine PLANT_STEP later: a fifth of `motionlab.kernel.tick.move`."""
+    """Return the state of the machine PLANT_STEP later: a fifth of `motionlab.kernel.move.move`."""
     amplifiers = unpack(Amplifiers, parameters, _AMPLIFIERS)
     mechanics = unpack(Mechanics, parameters, _MECHANICS)
     motor_map = MotorMap(

@@ -2573,6 +2573,7 @@ export interface components {
              *       "sde_amplitude": 0,
              *       "sde_period": 0.00002,
              *       "noise": 0,
+             *       "jitter": 0,
              *       "interface_rate": 1250000
              *     }
              */
@@ -2585,6 +2586,12 @@ export interface components {
              *     }
              */
             resonance: components["schemas"]["ResonanceConfig"];
+            /**
+             * Effects
+             * @description Effects that act besides, such as other friction or cogging; they add up
+             * @default []
+             */
+            effects: (components["schemas"]["CoggingEffectConfig"] | components["schemas"]["DahlEffectConfig"] | components["schemas"]["GmsEffectConfig"] | components["schemas"]["LugreEffectConfig"] | components["schemas"]["StaticStribeckEffectConfig"])[];
         };
         /**
          * AxisCost
@@ -3746,6 +3753,59 @@ export interface components {
             lead_in: number | null;
         };
         /**
+         * CoggingEffectConfig
+         * @description A force over the position: three harmonics of a pitch.
+         */
+        CoggingEffectConfig: {
+            /**
+             * @description A force over the position: three harmonics of a pitch (enum property replaced by openapi-typescript)
+             * @enum {string}
+             */
+            effect: "cogging";
+            /**
+             * Pitch
+             * @description Period of the first harmonic
+             * @default 0.0072
+             */
+            pitch: number;
+            /**
+             * Amplitude 1
+             * @description Amplitude of the force at 1 periods a pitch
+             * @default 0.1
+             */
+            amplitude_1: number;
+            /**
+             * Amplitude 2
+             * @description Amplitude of the force at 2 periods a pitch
+             * @default 0
+             */
+            amplitude_2: number;
+            /**
+             * Amplitude 3
+             * @description Amplitude of the force at 3 periods a pitch
+             * @default 0
+             */
+            amplitude_3: number;
+            /**
+             * Phase 1
+             * @description Phase of the force at 1 periods a pitch, at mid-stroke
+             * @default 0
+             */
+            phase_1: number;
+            /**
+             * Phase 2
+             * @description Phase of the force at 2 periods a pitch, at mid-stroke
+             * @default 0
+             */
+            phase_2: number;
+            /**
+             * Phase 3
+             * @description Phase of the force at 3 periods a pitch, at mid-stroke
+             * @default 0
+             */
+            phase_3: number;
+        };
+        /**
          * ColumnSpectrum
          * @description The spectrum of the longest stretch of a column without missing samples.
          */
@@ -4167,7 +4227,7 @@ export interface components {
              * @default off
              * @enum {string}
              */
-            law: "off" | "canudas-de-wit" | "lugre-observer" | "published-k" | "residual-k" | "reversed-k";
+            law: "off" | "canudas-de-wit" | "dahl-observer" | "gms-observer" | "lugre-observer" | "published-k" | "residual-k" | "reversed-k" | "static-stribeck-observer";
             /**
              * compensation
              * @description Add the estimate to the command; off, the observer runs all the same
@@ -4194,6 +4254,12 @@ export interface components {
              */
             gain: number | null;
             /**
+             * Attraction
+             * @description Attraction C of a slipping element towards the sliding force: how fast friction follows it
+             * @default 1000
+             */
+            attraction: number;
+            /**
              * Residual Bandwidth
              * @description Bandwidth of the filter of the force balance (residual-k, reversed-k)
              * @default 30
@@ -4211,6 +4277,12 @@ export interface components {
              * @default 0
              */
             k_d_share: number;
+            /**
+             * Smoothing Velocity
+             * @description Velocity v_0 over which static friction changes its sign
+             * @default 0.0002
+             */
+            smoothing_velocity: number;
         };
         /**
          * ConfigChange
@@ -4510,9 +4582,11 @@ export interface components {
              *       "velocity": "measured",
              *       "bristle_limit": null,
              *       "gain": null,
+             *       "attraction": 1000,
              *       "residual_bandwidth": 30,
              *       "regularisation": 0.4,
-             *       "k_d_share": 0
+             *       "k_d_share": 0,
+             *       "smoothing_velocity": 0.0002
              *     }
              */
             compensation: components["schemas"]["CompensationConfig"];
@@ -4663,6 +4737,53 @@ export interface components {
              * @description Over that of the first variant; null where that is nothing
              */
             saturated: number | null;
+        };
+        /**
+         * DahlEffectConfig
+         * @description A bristle that gives way at F_c: presliding without Stribeck effect.
+         */
+        DahlEffectConfig: {
+            /**
+             * @description A bristle that gives way at F_c: presliding without Stribeck effect (enum property replaced by openapi-typescript)
+             * @enum {string}
+             */
+            effect: "dahl";
+            /**
+             * stiffness σ_0
+             * @description Stiffness before sliding; that of plant.x.friction, or y, if left out
+             * @default null
+             */
+            sigma_0: number | null;
+            /**
+             * viscous σ_2
+             * @description Viscous friction; that of plant.x.friction, or y, if left out
+             * @default null
+             */
+            sigma_2: number | null;
+            /**
+             * Coulomb F_c
+             * @description Coulomb friction; that of plant.x.friction, or y, if left out
+             * @default null
+             */
+            F_c: number | null;
+            /**
+             * Mu
+             * @description Friction per normal force of the motor, added to F_c and F_s
+             * @default 0
+             */
+            mu: number;
+            /**
+             * Position Amplitude
+             * @description Relative change of the friction along the stroke, A in 1 + A sin(2 pi p/L)
+             * @default 0
+             */
+            position_amplitude: number;
+            /**
+             * Position Period
+             * @description Period L of that change
+             * @default 0.06
+             */
+            position_period: number;
         };
         /**
          * Deflection
@@ -5301,6 +5422,13 @@ export interface components {
              * @default 0
              */
             noise: number;
+            /**
+             * sampling jitter
+             * @description White noise of the instant at which it samples, rms: of the reading, times the velocity
+             * @default 0
+             * @example 0.000001
+             */
+            jitter: number;
             /**
              * Interface Rate
              * @description Largest frequency the interface counts; a note warns above 4 rate resolution
@@ -7060,6 +7188,71 @@ export interface components {
             duration: number | null;
         };
         /**
+         * GmsEffectConfig
+         * @description Generalised Maxwell slip: hysteresis before sliding that remembers reversals.
+         */
+        GmsEffectConfig: {
+            /**
+             * @description Generalised Maxwell slip: hysteresis before sliding that remembers reversals (enum property replaced by openapi-typescript)
+             * @enum {string}
+             */
+            effect: "gms";
+            /**
+             * stiffness σ_0
+             * @description Stiffness before sliding; that of plant.x.friction, or y, if left out
+             * @default null
+             */
+            sigma_0: number | null;
+            /**
+             * viscous σ_2
+             * @description Viscous friction; that of plant.x.friction, or y, if left out
+             * @default null
+             */
+            sigma_2: number | null;
+            /**
+             * Coulomb F_c
+             * @description Coulomb friction; that of plant.x.friction, or y, if left out
+             * @default null
+             */
+            F_c: number | null;
+            /**
+             * stiction F_s
+             * @description Stiction; that of plant.x.friction, or y, if left out
+             * @default null
+             */
+            F_s: number | null;
+            /**
+             * speed v_s
+             * @description Stribeck velocity; that of plant.x.friction, or y, if left out
+             * @default null
+             */
+            v_s: number | null;
+            /**
+             * Attraction
+             * @description Attraction C of a slipping element towards the sliding force: how fast friction follows it
+             * @default 1000
+             */
+            attraction: number;
+            /**
+             * Mu
+             * @description Friction per normal force of the motor, added to F_c and F_s
+             * @default 0
+             */
+            mu: number;
+            /**
+             * Position Amplitude
+             * @description Relative change of the friction along the stroke, A in 1 + A sin(2 pi p/L)
+             * @default 0
+             */
+            position_amplitude: number;
+            /**
+             * Position Period
+             * @description Period L of that change
+             * @default 0.06
+             */
+            position_period: number;
+        };
+        /**
          * HandStatus
          * @description A mover that is being pushed by hand, x and y.
          */
@@ -8801,7 +8994,7 @@ export interface components {
             };
             /**
              * Note
-             * @description Why there are none
+             * @description Why there are none, or what they leave out
              */
             note: string | null;
         };
@@ -8844,6 +9037,71 @@ export interface components {
              * @description Following error by a disturbance of the thrust, m/N
              */
             gain: number[];
+        };
+        /**
+         * LugreEffectConfig
+         * @description The LuGre model, which may depend on normal force and position.
+         */
+        LugreEffectConfig: {
+            /**
+             * @description The LuGre model, which may depend on normal force and position (enum property replaced by openapi-typescript)
+             * @enum {string}
+             */
+            effect: "lugre";
+            /**
+             * stiffness σ_0
+             * @description Stiffness before sliding; that of plant.x.friction, or y, if left out
+             * @default null
+             */
+            sigma_0: number | null;
+            /**
+             * damping σ_1
+             * @description Bristle damping; that of plant.x.friction, or y, if left out
+             * @default null
+             */
+            sigma_1: number | null;
+            /**
+             * viscous σ_2
+             * @description Viscous friction; that of plant.x.friction, or y, if left out
+             * @default null
+             */
+            sigma_2: number | null;
+            /**
+             * Coulomb F_c
+             * @description Coulomb friction; that of plant.x.friction, or y, if left out
+             * @default null
+             */
+            F_c: number | null;
+            /**
+             * stiction F_s
+             * @description Stiction; that of plant.x.friction, or y, if left out
+             * @default null
+             */
+            F_s: number | null;
+            /**
+             * speed v_s
+             * @description Stribeck velocity; that of plant.x.friction, or y, if left out
+             * @default null
+             */
+            v_s: number | null;
+            /**
+             * Mu
+             * @description Friction per normal force of the motor, added to F_c and F_s
+             * @default 0
+             */
+            mu: number;
+            /**
+             * Position Amplitude
+             * @description Relative change of the friction along the stroke, A in 1 + A sin(2 pi p/L)
+             * @default 0
+             */
+            position_amplitude: number;
+            /**
+             * Position Period
+             * @description Period L of that change
+             * @default 0.06
+             */
+            position_period: number;
         };
         /**
          * MapEntry
@@ -14444,6 +14702,65 @@ export interface components {
              * @default true
              */
             for_ever: boolean;
+        };
+        /**
+         * StaticStribeckEffectConfig
+         * @description Friction that velocity alone decides: the Stribeck curve with a smooth sign.
+         */
+        StaticStribeckEffectConfig: {
+            /**
+             * @description Friction that velocity alone decides: the Stribeck curve with a smooth sign (enum property replaced by openapi-typescript)
+             * @enum {string}
+             */
+            effect: "static-stribeck";
+            /**
+             * Coulomb F_c
+             * @description Coulomb friction; that of plant.x.friction, or y, if left out
+             * @default null
+             */
+            F_c: number | null;
+            /**
+             * stiction F_s
+             * @description Stiction; that of plant.x.friction, or y, if left out
+             * @default null
+             */
+            F_s: number | null;
+            /**
+             * speed v_s
+             * @description Stribeck velocity; that of plant.x.friction, or y, if left out
+             * @default null
+             */
+            v_s: number | null;
+            /**
+             * viscous σ_2
+             * @description Viscous friction; that of plant.x.friction, or y, if left out
+             * @default null
+             */
+            sigma_2: number | null;
+            /**
+             * Smoothing Velocity
+             * @description Velocity v_0 over which static friction changes its sign
+             * @default 0.0002
+             */
+            smoothing_velocity: number;
+            /**
+             * Mu
+             * @description Friction per normal force of the motor, added to F_c and F_s
+             * @default 0
+             */
+            mu: number;
+            /**
+             * Position Amplitude
+             * @description Relative change of the friction along the stroke, A in 1 + A sin(2 pi p/L)
+             * @default 0
+             */
+            position_amplitude: number;
+            /**
+             * Position Period
+             * @description Period L of that change
+             * @default 0.06
+             */
+            position_period: number;
         };
         /**
          * Step

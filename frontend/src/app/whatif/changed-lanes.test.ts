@@ -8,9 +8,17 @@ import { Beyond, changedLanes, type LaneCode } from './changed-lanes';
 import { Refused } from './refused-changes';
 
 const friction = { enabled: true, sigma_0: 100, sigma_1: 10, F_c: 1, F_s: 2 };
-const encoder = { noise: 0, resolution: 1 };
+const encoder = { noise: 0, jitter: 0, resolution: 1 };
 const force_map = { kind: 'analytic', tau: 1 };
-const axis = { mass: 5, stop_damping: 0, stop_stiffness: 0, friction, encoder, force_map };
+const axis = {
+  mass: 5,
+  stop_damping: 0,
+  stop_stiffness: 0,
+  friction,
+  encoder,
+  force_map,
+  effects: [],
+};
 const controller = {
   x: { k_p: 1 },
   y: { k_p: 1 },
@@ -91,6 +99,8 @@ describe('lanes of a changed scenario', () => {
   it.each([
     { 'trajectory.radius': 0.2 },
     { 'plant.x.encoder.noise': 1 },
+    { 'plant.x.encoder.jitter': 1e-6 },
+    { 'plant.y.effects': [{ effect: 'gms' }] },
     { 'plant.x.unheard': 1 },
     { 'plant.x.mass': 'heavy' },
     { 'variants.A.controller.compensation.law': 'unheard' },
