@@ -29,11 +29,11 @@ _LAWS = {
         ("off", "lugre-observer", "published-k", "residual-k", "canudas-de-wit", "reversed-k")
     )
 }
-_APART = "law", "effects", "model_subdivision"
+_APART = "law", "effects", "model_subdivision", "controller.learnt"
 _OF_LAWS = ("from_reference", "gain", "alpha", "regularisation", "z_limit", "k_d_share")
 _AFTER = PARAMETERS.index("compensation.enabled") + 1
 _PARAMETERS = (
-    *PARAMETERS[:_AFTER],
+    *(name for name in PARAMETERS[:_AFTER] if name not in _APART),
     *_OF_LAWS,
     *(name for name in PARAMETERS[_AFTER:] if not name.startswith(_APART)),
 )
