@@ -73,9 +73,15 @@ def dependent(par: Any, seen: MidStep, level: Lanes) -> Lanes:
 
 
 @compiled
+def curve(par: Any, seen: MidStep) -> Lanes:
+    """Return the Stribeck curve ``s(v)``, N; `par` has its parameters."""
+    return stribeck(par, seen.velocity)
+
+
+@compiled
 def sliding_force(par: Any, seen: MidStep) -> Lanes:
     """Return ``s(v, p, N)``, N, a magnitude; `par` has the Stribeck curve and `DEPENDENCES`."""
-    return dependent(par, seen, stribeck(par, seen.velocity))
+    return dependent(par, seen, curve(par, seen))
 
 
 @compiled

@@ -18,13 +18,13 @@ from motionlab.effects.level import (
     STRIBECK_CURVE,
     VISCOUS,
     bristle_step,
+    curve,
     dependent,
     lane_of,
     steady_level,
     stiction_below,
 )
 from motionlab.lanes import Lanes, compiled
-from motionlab.plant.friction import stribeck
 
 
 class GuideLuGre(NamedTuple):
@@ -50,7 +50,7 @@ class GuideState(NamedTuple):
 @compiled
 def lugre(par: GuideLuGre, state: GuideState, seen: MidStep) -> tuple[Resistance, GuideState]:
     """Return ``r (sigma_0 z + sigma_1 dz/dt) + sigma_2 v``, z stepped by its exact exponential."""
-    level = stribeck(par, seen.velocity)
+    level = curve(par, seen)
     ratio = dependent(par, seen, level) / level
     z, mean, left = bristle_step(par.sigma_0, level, state.z, seen)
     rate = (z - state.z) / seen.h
