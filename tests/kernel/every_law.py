@@ -17,7 +17,6 @@ from motionlab.effects import EFFECTS, Effect
 from motionlab.kernel.effect_calls import effect_numbers
 from motionlab.kernel.layout import (
     EFFECT_PARAMETERS,
-    INPUT_ROWS,
     Inputs,
     Parameters,
     parameter_row,
@@ -109,10 +108,9 @@ def ride() -> tuple[Array, Array]:
     begin = 4500 - TICKS // 2
     motion = circle(begin + TICKS)[begin:]  # x turns round halfway
     driven = inputs(motion)
-    noise = np.random.Generator(np.random.Philox(7)).standard_normal((TICKS, INPUT_ROWS, 2))
+    noise = np.random.Generator(np.random.Philox(7))
     for name, rms in {"load": 0.3, "encoder_noise": 5e-9, "current_b": 0.02}.items():
-        row = Inputs._fields.index(name)
-        driven[:, row] += rms * noise[:, row]
+        driven[:, Inputs._fields.index(name)] += rms * noise.standard_normal((TICKS, 2))
     return at_rest(motion[0, 0]), driven
 
 
