@@ -37,12 +37,12 @@ PAGE_SOURCES := $(shell find frontend -path frontend/node_modules -prune -o -pat
 # The kernel for browsers, which the page loads: it names a hash of the model's sources.
 MODULE := frontend/kernel.wasm
 MODULE_SOURCES := $(shell find $(addprefix backend/motionlab/,analysis/contouring.py control force_sharing \
-	kernel lanes laws loop motor_design/fem/cells.py plant targets/wasm*.py telemetry/channels.py \
+	effects kernel lanes laws loop motor_design/fem/cells.py plant targets/wasm*.py telemetry/channels.py \
 	telemetry/decimate.py timing.py) -type f ! -path '*/__pycache__/*')
 # What makes lane parameters of a scenario, for the page: functions of the server, translated.
 LANE_CODE := frontend/lanes.js
 LANE_SOURCES := $(shell find $(addprefix backend/motionlab/,config/plant.py control force_sharing kernel \
-	lanes laws plant targets/javascript*.py targets/lane_code.py timing.py) -type f ! -path '*/__pycache__/*')
+	effects lanes laws plant targets/javascript*.py targets/lane_code.py timing.py) -type f ! -path '*/__pycache__/*')
 HELP := build/help/index.html
 HELP_SOURCES := README.md $(shell find docs backend/motionlab configs -type f ! -name '*.py[cod]' ! -name '*.nb[ci]')
 LINT_STAMP := .venv/lint-$(HERE)
