@@ -10,14 +10,9 @@ import numpy as np
 
 from motionlab.studies.learn.documents import LearnRequest
 from motionlab.studies.learn.laps import AxisLearning, LapFigures, Learning
-from motionlab.studies.learn.learn import (
-    LearnPlan,
-    band,
-    drawn_motors,
-    factors,
-    learning_of,
-    plan,
-)
+from motionlab.studies.learn.learn import carried_over, learning_of
+from motionlab.studies.learn.plan import LearnPlan, band, factors, plan
+from motionlab.studies.learn.predictions import drawn_motors
 from tests.bench.table import Row
 
 _MOTIONS = (
@@ -31,8 +26,12 @@ _MOTIONS = (
 )
 _CONTROLLERS = {"matched": "lugre-reference", "matched-resonant": "lugre-reference-notch"}
 _NOISE = {f"plant.{axis}.amplifiers.noise": 0.01 for axis in ("x", "y")}  # A rms
+_UNSEEN = ("circle", "rhombus", "pentagram", "stair-y-50mm", "trapezoid-y")
+_TAUGHT = ("circle", "rhombus", "pentagram", "trapezoid-y")
+_GAIN = 0.7
 _LAPS, _LONG, _AFTER = 16, 500, 100
 _DRAWN, _DRAWN_LAPS = 300, 40
+_NOTHING = 1e-12  # learning gain
 
 
 def learning() -> Iterator[Row]:
@@ -42,6 +41,9 @@ def learning() -> Iterator[Row]:
             yield from _motion(motor, motion)
     for motor in _CONTROLLERS:
         yield from _long(motor)
+    for motor in _CONTROLLERS:
+        for motion in _UNSEEN:
+            yield from _carried(motor, motion)
     yield _predicted()
 
 
@@ -86,6 +88,33 @@ def _long(motor: str) -> Iterator[Row]:
             f"true: {np.mean(true):.3f} um, largest {max(true):.3f}",
             f"{np.mean(last) / (1e6 * each.laps[0].peak):.3f}",
             bool(np.mean(last) <= 0.1),
+        )
+
+
+def _carried(motor: str, motion: str) -> Iterator[Row]:
+    """Compare a third lap with what three other motions taught with one without, and one learnt."""
+    after = tuple(each for each in _TAUGHT if each != motion)[:3]
+    asked = planned(motor, motion, after=after, laps=1)
+    begun = learning_of(asked)
+    carried = carried_over(asked, begun)
+    other, full = learning_of(asked), learnt(planned(motor, motion, laps=_LAPS))
+    for each in (begun, other):
+        for axis in each.axes.values():
+            axis.gain, axis.encoder = _NOTHING, None
+        for _ in each.run(3):
+            pass
+    for axis in carried:
+        first, without, last = (
+            1e6 * each.axes[axis].laps[-1].peak for each in (begun, other, full)
+        )
+        gain = (without - first) / (without - last)
+        yield Row(
+            f"{motion} {axis}, {motor}, never run, after {', '.join(carried[axis].motions)}",
+            f">= {100 * _GAIN:.0f} % of the gain",
+            f"{without:.2f} -> {first:.2f} um",
+            f"learnt: {last:.2f} um",
+            f"{gain:.2f}",
+            gain >= _GAIN,
         )
 
 

@@ -11,13 +11,17 @@ import pytest
 from motionlab.config.load import load_scenario
 from motionlab.config.planar import AXES
 from motionlab.errors import ConfigError
+from motionlab.kernel.force_maps import pole_pitch
 from motionlab.lanes.bank import TABLES
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.run import run
+from motionlab.studies.learn.carry_over import Course, Lesson, taught
 from motionlab.studies.learn.documents import LearnRequest
 from motionlab.studies.learn.laps import Learning
-from motionlab.studies.learn.learn import LearnPlan, learn, learning_of, plan
+from motionlab.studies.learn.learn import learn, learning_of
 from motionlab.studies.learn.learning_filter import to_error
+from motionlab.studies.learn.plan import LearnPlan, plan
+from motionlab.trajectories.reference import sample
 from tests.learnt_forces import known
 
 MATCHED = {"plant": "matched", "variants.B.controller": "lugre-reference"}
@@ -132,3 +136,52 @@ def test_it_refuses_a_motion_that_does_not_end_where_it_begins() -> None:
     one_way = {"kind": "line", **line}
     with pytest.raises(ConfigError, match="has no laps"):
         plan(LearnRequest(set={"trajectory": one_way}))
+
+
+AFTER = ("rhombus", "pentagram", "trapezoid-y")
+
+
+def test_what_other_motions_teach_is_carried_over_to_the_first_lap() -> None:
+    done = learn(planned(laps=2, after=AFTER), lambda *_: None).document
+    for axis, motions in (("x", AFTER[:2]), ("y", AFTER)):
+        each = done.axes[axis]
+        assert each.carried_over is not None
+        assert each.carried_over.motions == list(motions)
+        assert each.carried_over.explained > 0.98
+        assert each.laps[0].peak < 0.35 * each.carried_over.peak
+    assert "What rhombus and pentagram taught" in done.summary[0]
+
+
+def test_an_axis_that_no_other_motion_moved_begins_without() -> None:
+    done = learn(planned(laps=1, after=("trapezoid-y",)), lambda *_: None).document
+    assert done.axes["x"].carried_over is None
+    assert done.axes["x"].laps[0].force == 0.0
+    assert done.axes["y"].carried_over is not None
+
+
+def test_a_fit_finds_the_friction_that_made_the_force() -> None:
+    """Of a made-up lap: other friction, mass and ripple than those of the model."""
+    scenario = load_scenario("pentagram")
+    model, reference = scenario.variants["B"].controller.model.y, sample(scenario.trajectory)
+    course = Course(
+        reference.position[:, 1],
+        reference.velocity[:, 1],
+        reference.acceleration[:, 1],
+        np.ones(reference.ticks // 2 + 1),
+    )
+    known, tau = model.friction.parameters(), pole_pitch(model.force_map)
+    true = known._replace(F_s=0.8 * known.F_s, v_s=0.7 * known.v_s, sigma_0=1.2 * known.sigma_0)
+    force = 1.03 * model.mass * course.acceleration + 1.1 * true.sigma_2 * course.velocity
+    force = force + course.friction(true) + 0.2 * np.sin(2.0 * np.pi * course.position / tau)
+    found = taught([Lesson(course, force)], model, tau)
+    assert found.explained > 0.999
+    for name in ("F_s", "v_s", "sigma_0"):
+        assert getattr(found.friction, name) == pytest.approx(getattr(true, name), rel=0.05)
+    beyond = found.beyond_model(course)
+    assert np.abs(beyond - (force - course.modelled(model))).max() < 0.1
+
+
+def test_a_motion_to_learn_first_is_refused_by_its_number() -> None:
+    with pytest.raises(ConfigError) as refused:
+        planned(after=("rhombus", "nothing"))
+    assert refused.value.errors[0].loc == "after.1"

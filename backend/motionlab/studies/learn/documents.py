@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -48,6 +48,12 @@ class LearnRequest(Config):
     )
     set: dict[str, Any] = Field(
         default_factory=dict, max_length=4096, description="Dotted path to value, SI"
+    )
+    after: Annotated[tuple[str | dict[str, Any], ...], Field(strict=False, max_length=8)] = Field(
+        default=(),
+        title="after motions",
+        description="Motions that are learnt first, by name or as tables: what they teach of "
+        "friction, mass and force map is carried over to the first lap",
     )
     variant: VariantName | None = Field(
         default=None, description="Whose controller learns; null: the last"
@@ -143,12 +149,25 @@ class EncoderError(_Document):
     period: float = si("Period of the scale", "m")
 
 
+class CarriedOver(_Document):
+    """What other motions taught of an axis, before its first lap."""
+
+    motions: list[str] = Field(description="Of which this axis had learnt a lap")
+    explained: float = si(
+        "Share of what the model leaves, in those motions, that is explained", "1", "%"
+    )
+    peak: float = si("Largest following error in the first lap without it", "m")
+
+
 class LearnAxis(_Document):
     """One axis."""
 
     bandwidth: float = si("Bandwidth of learning", "Hz")
     prediction: Prediction
     laps: list[LearnLap] = Field(description="One after another")
+    carried_over: CarriedOver | None = Field(
+        default=None, description="null where no other motion was learnt first"
+    )
     encoder: EncoderError | None = Field(description="null where it was not looked for")
     force: list[float] = Field(repr=False, description="Learnt force over the lap, N")
     remains: list[float] = Field(repr=False, description="Following error of the last lap, m")

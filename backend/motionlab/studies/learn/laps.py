@@ -32,8 +32,8 @@ _ENCODER_FROM = 2
 """First lap, from 0, that an error of the encoder is looked for in."""
 
 _COLUMN = {channel.name: column for column, channel in enumerate(CHANNELS)}
-_POSITION, _MEASURED, _ERROR = (
-    _COLUMN[name] for name in ("position", "position_measured", "following_error")
+_POSITION, _MEASURED, _ERROR, _REALISED = (
+    _COLUMN[name] for name in ("position", "position_measured", "following_error", "force_realised")
 )
 
 
@@ -197,9 +197,34 @@ class Learning:
                     velocity[:, number],
                 )
             self.laps += 1
-            tick = self._simulation.tick
-            self._simulation.adopt(ready(((tick, self._scenario()),)))
+            self.take_up()
             yield self.laps
+
+    def take_up(self) -> None:
+        """Put in effect, from the next tick on, what the axes know by now."""
+        self._simulation.adopt(ready(((self._simulation.tick, self._scenario()),)))
+
+    def needed(self, laps: int) -> Array:
+        """Return the force that a lap takes, mean of some more laps, N, (ticks, 2)."""
+        forces = [
+            np.concatenate(list(self._advanced(self.lap.ticks)), axis=2)[_REALISED].T
+            for _ in range(laps)
+        ]
+        return np.mean(forces, axis=0)
+
+    def load(self, force: dict[str, Array]) -> None:
+        """Load axes in each lap with a force, N, (ticks,), against positive positions."""
+        first, ticks = self.lap
+
+        def over(stop: int, start: int) -> Array:
+            tick = np.arange(start, stop)
+            load = np.zeros((stop - start, len(AXES)))
+            for axis, values in force.items():
+                within = values[(tick - first) % ticks]
+                load[:, AXES.index(axis)] = np.where(tick < first, 0.0, within)
+            return load
+
+        self._simulation.timeline.load(0, over)
 
     def learnt(self) -> LearntForce:
         """Return what was learnt so far."""

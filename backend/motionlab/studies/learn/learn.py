@@ -1,9 +1,9 @@
-"""Learning from lap to lap: planned with its prediction, run, and text."""
+"""Learning from lap to lap: run, and told."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
+from typing import Any
 
 import numpy as np
 import tomli_w
@@ -11,177 +11,34 @@ from numpy.typing import NDArray
 
 from motionlab import __version__
 from motionlab.config.changes import apply_changes
-from motionlab.config.load import load_scenario, validate
+from motionlab.config.load import validate
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
-from motionlab.errors import ConfigError, FieldError
 from motionlab.files import complete_file
 from motionlab.lanes import model_hash
-from motionlab.simulation.learnt import Lap, checked_lap, over_lap
-from motionlab.simulation.prepare import Prepared, prepare
+from motionlab.simulation.learnt import over_lap
+from motionlab.simulation.prepare import Prepared
 from motionlab.simulation.result import plant_name
 from motionlab.studies.learn.documents import (
+    CarriedOver,
     EncoderError,
     LearnAxis,
     LearnDocument,
     LearnLap,
-    LearnRequest,
     PartialLearning,
     Prediction,
 )
 from motionlab.studies.learn.encoder_error import EncoderErrorFit
 from motionlab.studies.learn.laps import AxisLearning, Learning
-from motionlab.studies.learn.learning_filter import (
-    SPEEDS,
-    LearningFilter,
-    bandwidth_of,
-    modelled,
-    thinned,
-    to_error,
-)
-from motionlab.studies.montecarlo.documents import DEFAULT
-from motionlab.studies.montecarlo.draw import draw, missing
-from motionlab.studies.study import Progress, Source
+from motionlab.studies.learn.lessons import carry_over, taught_by
+from motionlab.studies.learn.plan import LearnPlan
+from motionlab.studies.learn.predictions import SHARE, predictions, rounded
+from motionlab.studies.study import Progress
 from motionlab.timing import CONTROL_PERIOD
 
 Array = NDArray[np.float64]
 
-_FREQUENCIES = 160
 _POINTS = 1000
-_PREDICTING = 0.3
-"""Share of the progress that is predicting's."""
-
-
-@dataclass(frozen=True)
-class LearnPlan:
-    """Learning that has passed every check.
-
-    Attributes
-    ----------
-    request : LearnRequest
-        As validated.
-    prepared : Prepared
-        The scenario.
-    variant : str
-        Which controller learns.
-    lap : Lap
-        Of the motion.
-    filters : dict of str to LearningFilter
-        Of the axes that move.
-    bandwidths : dict of str to float
-        Hz.
-    """
-
-    request: LearnRequest
-    prepared: Prepared
-    variant: str
-    lap: Lap
-    filters: dict[str, LearningFilter]
-    bandwidths: dict[str, float]
-
-    @property
-    def seconds(self) -> float:
-        """Simulated time, s."""
-        return (self.lap.first + self.request.laps * self.lap.ticks) * CONTROL_PERIOD
-
-    @property
-    def scenario(self) -> Scenario:
-        """The scenario."""
-        return self.prepared.scenario
-
-
-def plan(request: LearnRequest, source: Source | None = None) -> LearnPlan:
-    """Return the checked plan of a request.
-
-    Raises
-    ------
-    ConfigError
-        Naming every field that is wrong; where the controller has no linearisation; and where
-        learning would diverge, unless it is to go on anyway.
-    """
-    scenario = load_scenario(request.scenario if source is None else source, request.set)
-    prepared = prepare(scenario)
-    scenario = prepared.scenario
-    lap = checked_lap(prepared.reference)
-    variant = request.variant or list(scenario.variants)[-1]
-    if variant not in scenario.variants:
-        choices = ", ".join(scenario.variants)
-        raise ConfigError(FieldError("variant", "is not in the scenario", variant, choices))
-    controller = scenario.variants[variant].controller
-    bandwidths = {
-        axis: getattr(request.bandwidth, axis) or bandwidth_of(getattr(controller, axis).notch)
-        for axis in prepared.reference.moving
-    }
-    filters = {
-        axis: LearningFilter.of(scenario, variant, axis, lap.ticks, bandwidth)
-        for axis, bandwidth in bandwidths.items()
-    }
-    planned = LearnPlan(request, prepared, variant, lap, filters, bandwidths)
-    if not request.anyway:
-        _refuse_divergence(planned)
-    return planned
-
-
-def _refuse_divergence(planned: LearnPlan) -> None:
-    errors = []
-    for axis, each in planned.filters.items():
-        rho = factors(planned, axis, planned.scenario, band(each))
-        worst = int(rho.argmax())
-        if rho[worst] >= 1.0:
-            at = each.frequency[band(each)][worst]
-            errors.append(
-                FieldError(
-                    f"bandwidth.{axis}",
-                    f"learning would diverge: an error at {at:.4g} Hz would grow by "
-                    f"{rho[worst]:.3g} from lap to lap; a lower bandwidth or gain converges",
-                    planned.bandwidths[axis],
-                    unit="Hz",
-                )
-            )
-    if errors:
-        raise ConfigError(*errors)
-
-
-def band(each: LearningFilter) -> NDArray[np.intp]:
-    """Return indices of frequencies at which something is learnt, at most some."""
-    last = int(np.flatnonzero(each.band)[-1])
-    return thinned(each.frequency[: last + 1], _FREQUENCIES)
-
-
-def factors(planned: LearnPlan, axis: str, scenario: Scenario, at: NDArray[np.intp]) -> Array:
-    """Return the largest rho over velocities of the motor of a scenario, (n,).
-
-    Parameters
-    ----------
-    planned : LearnPlan
-        Whose filter learns.
-    axis : str
-        ``x`` or ``y``.
-    scenario : Scenario
-        Motor, under the same controller.
-    at : ndarray of int, shape (n,)
-        Indices of frequencies.
-    """
-    each, gain = planned.filters[axis], planned.request.gain
-    part = LearningFilter(each.frequency[at], each.response[at], each.q[at])
-    return np.max(
-        [
-            part.factor(to_error(scenario, planned.variant, axis, speed, part.frequency), gain)
-            for speed in SPEEDS
-        ],
-        axis=0,
-    )
-
-
-def drawn_motors(planned: LearnPlan) -> list[Scenario]:
-    """Return the scenario with motors drawn as Monte Carlo draws them."""
-    request, scenario = planned.request, planned.scenario
-    document = scenario.model_dump(mode="json")
-    absent = missing(document["plant"], DEFAULT)
-    vary = [each for each in DEFAULT if each.path not in absent]
-    seed = scenario.seed if request.seed is None else request.seed
-    draws = draw(document["plant"], vary, cases=request.motors, seed=seed)
-    return [validate(apply_changes(document, changes)) for changes in draws]
 
 
 @dataclass(frozen=True)
@@ -194,13 +51,54 @@ class Learnt:
 
 def learn(planned: LearnPlan, progress: Progress) -> Learnt:
     """Predict convergence, run the laps, and return what was learnt."""
-    predictions = _predictions(planned, progress)
+    predicted = predictions(planned, progress)
     learning = learning_of(planned)
+    carried = carried_over(planned, learning) if planned.after else {}
     laps = planned.request.laps
     for done in learning.run(laps):
-        share = _PREDICTING + (1.0 - _PREDICTING) * done / laps
+        share = SHARE + (1.0 - SHARE) * done / laps
         progress(share, PartialLearning(laps=_laps(learning)))
-    return Learnt(planned.scenario, _document(planned, learning, predictions))
+    return Learnt(planned.scenario, _document(planned, learning, predicted, carried))
+
+
+def carried_over(planned: LearnPlan, learning: Learning) -> dict[str, CarriedOver]:
+    """Learn other motions first, carry over what they teach, and return it."""
+    without = learning_of(planned)
+    for _ in without.run(1):
+        pass
+    learnings = []
+    for each in planned.after:
+        first = learning_of(each)
+        for _ in first.run(each.request.laps):
+            pass
+        learnings.append(first)
+    for axis, own in learning.axes.items():
+        known = [each.axes[axis].known for each in learnings if axis in each.axes]
+        own.known = known[0] if known else own.known
+    lessons = taught_by(learnings)
+
+    def begin(prepared: Prepared) -> Learning:
+        return learning_of(replace(planned, prepared=prepared), encoder=False)
+
+    carry_over(learning, lessons, begin)
+    return {
+        axis: CarriedOver(
+            motions=[
+                name_of(motion)
+                for motion, each in zip(planned.request.after, learnings, strict=True)
+                if axis in each.axes
+            ],
+            explained=lessons[axis].explained,
+            peak=without.axes[axis].laps[0].peak,
+        )
+        for axis in learning.axes
+        if axis in lessons
+    }
+
+
+def name_of(motion: str | dict[str, Any]) -> str:
+    """Return the name of a motion that is learnt first, or its kind."""
+    return motion if isinstance(motion, str) else str(motion.get("kind", "motion"))
 
 
 def save(learnt: Learnt, path: str) -> None:
@@ -211,8 +109,11 @@ def save(learnt: Learnt, path: str) -> None:
         part.write_text(tomli_w.dumps(scenario), encoding="utf-8")
 
 
-def learning_of(planned: LearnPlan) -> Learning:
-    """Return the learning of a plan, before its first lap; what the scenario knows is kept."""
+def learning_of(planned: LearnPlan, *, encoder: bool = True) -> Learning:
+    """Return the learning of a plan, before its first lap; what the scenario knows is kept.
+
+    Without `encoder`, neither is known of its error nor learnt.
+    """
     scenario, variant = planned.scenario, planned.variant
     model = scenario.variants[variant].controller.model
     axes = {}
@@ -220,7 +121,7 @@ def learning_of(planned: LearnPlan) -> Learning:
         known = getattr(model, axis).subdivision
         fit = (
             EncoderErrorFit.of(scenario, variant, axis, planned.lap.ticks)
-            if planned.request.encoder
+            if planned.request.encoder and encoder
             else None
         )
         axes[axis] = AxisLearning(
@@ -228,7 +129,7 @@ def learning_of(planned: LearnPlan) -> Learning:
             encoder=fit,
             gain=planned.request.gain,
             force=_begun(planned, axis),
-            known=(known.sine, known.cosine),
+            known=(known.sine, known.cosine) if encoder else (0.0, 0.0),
         )
     return Learning(planned.prepared, variant, axes)
 
@@ -241,41 +142,6 @@ def _begun(planned: LearnPlan, axis: str) -> Array:
     return over_lap(known, planned.lap)[:, AXES.index(axis)].copy()
 
 
-def _predictions(planned: LearnPlan, progress: Progress) -> dict[str, Prediction]:
-    drawn: dict[str, list[Array]] = {axis: [] for axis in planned.filters}
-    bands = {axis: band(each) for axis, each in planned.filters.items()}
-    motors = drawn_motors(planned)
-    for number, motor in enumerate(motors):
-        for axis, at in bands.items():
-            drawn[axis].append(factors(planned, axis, motor, at))
-        progress(_PREDICTING * (number + 1) / len(motors), None)
-    return {axis: _prediction(planned, axis, bands[axis], drawn[axis]) for axis in bands}
-
-
-def _prediction(
-    planned: LearnPlan, axis: str, at: NDArray[np.intp], drawn: Sequence[Array]
-) -> Prediction:
-    frequency = planned.filters[axis].frequency[at]
-    motor = factors(planned, axis, planned.scenario, at)
-    model = factors(planned, axis, modelled(planned.scenario, planned.variant), at)
-    worst = int(motor.argmax())
-    low, high = np.quantile(drawn, (0.05, 0.95), axis=0) if drawn else (None, None)
-    return Prediction(
-        frequency=_rounded(frequency),
-        motor=_rounded(motor),
-        model=_rounded(model),
-        low=None if low is None else _rounded(low),
-        high=None if high is None else _rounded(high),
-        worst=float(motor[worst]),
-        worst_frequency=float(frequency[worst]),
-        converging=float(np.mean([each.max() < 1.0 for each in drawn])) if drawn else None,
-    )
-
-
-def _rounded(values: Array) -> list[float]:
-    return [float(f"{value:.6g}") for value in values.tolist()]
-
-
 def _laps(learning: Learning) -> dict[str, list[LearnLap]]:
     return {
         axis: [LearnLap(**asdict(lap)) for lap in each.laps] for axis, each in learning.axes.items()
@@ -283,7 +149,10 @@ def _laps(learning: Learning) -> dict[str, list[LearnLap]]:
 
 
 def _document(
-    planned: LearnPlan, learning: Learning, predictions: dict[str, Prediction]
+    planned: LearnPlan,
+    learning: Learning,
+    predicted: dict[str, Prediction],
+    carried: dict[str, CarriedOver],
 ) -> LearnDocument:
     scenario = planned.scenario
     laps = _laps(learning)
@@ -291,11 +160,12 @@ def _document(
     axes = {
         axis: LearnAxis(
             bandwidth=planned.bandwidths[axis],
-            prediction=predictions[axis],
+            prediction=predicted[axis],
             laps=laps[axis],
+            carried_over=carried.get(axis),
             encoder=_encoder(each),
-            force=_rounded(each.force[::every]),
-            remains=_rounded(each.error[::every]),
+            force=rounded(each.force[::every]),
+            remains=rounded(each.error[::every]),
         )
         for axis, each in learning.axes.items()
     }
@@ -310,7 +180,7 @@ def _document(
         laps=learning.laps,
         diverged=learning.laps < planned.request.laps,
         summary=[_sentence(axis, each, planned.request.motors) for axis, each in axes.items()],
-        time=_rounded(CONTROL_PERIOD * np.arange(0.0, planned.lap.ticks, every)),
+        time=rounded(CONTROL_PERIOD * np.arange(0.0, planned.lap.ticks, every)),
         axes=axes,
         changes=learning.changes(),
     )
@@ -345,6 +215,12 @@ def _sentence(axis: str, learnt: LearnAxis, motors: int) -> str:
     if not laps:
         return f"{text}."
     best = min(range(len(laps)), key=lambda lap: laps[lap].peak)
+    if learnt.carried_over is not None:
+        before = learnt.carried_over
+        text += (
+            f". What {' and '.join(before.motions)} taught takes its first lap from "
+            f"{1e6 * before.peak:.3g} to {1e6 * laps[0].peak:.3g} \u00b5m"
+        )
     text += (
         f". Its largest error falls from {1e6 * laps[0].peak:.3g} to "
         f"{1e6 * laps[best].peak:.3g} \u00b5m in lap {best + 1}"

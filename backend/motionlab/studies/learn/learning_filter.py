@@ -51,7 +51,7 @@ def bandwidth_of(notch: NotchConfig) -> float:
 
 
 def modelled(scenario: Scenario, variant: str) -> Scenario:
-    """Return a scenario with the motor that a variant's controller takes it to be."""
+    """Return a scenario with the motor that a variant's controller takes it to be: exact."""
     model = scenario.variants[variant].controller.model
     axes = {"x": (scenario.plant.x, model.x), "y": (scenario.plant.y, model.y)}
     plant = scenario.plant.model_copy(
@@ -62,8 +62,10 @@ def modelled(scenario: Scenario, variant: str) -> Scenario:
 
 
 def _as_known(axis: AxisConfig, model: AxisModelConfig) -> AxisConfig:
+    exact = {"resolution": 0.0, "sde_amplitude": 0.0, "noise": 0.0}
     return axis.model_copy(
         update={
+            "encoder": axis.encoder.model_copy(update=exact),
             "mass": model.mass,
             "friction": model.friction,
             "force_map": model.force_map,

@@ -11,12 +11,14 @@ from motionlab.studies.study import RequestLimits, Study, StudyCommand, above, l
 
 if TYPE_CHECKING:
     from motionlab.studies.learn.documents import LearnDocument
-    from motionlab.studies.learn.learn import LearnPlan, Learnt
+    from motionlab.studies.learn.learn import Learnt
+    from motionlab.studies.learn.plan import LearnPlan
 
 _EXAMPLES = """\
 examples:
   motionlab learn circle-matched --laps 20
   motionlab learn circle --variant B --out learnt.toml && motionlab run learnt.toml
+  motionlab learn circle-matched --after rhombus --after pentagram --after trapezoid-y
   motionlab learn circle-resonant --bandwidth y=150 --anyway
 
 `motionlab docs learning` has the method, its limits and what it reaches.
@@ -39,7 +41,7 @@ class LearnStudy(Study):
     request_model = lazy("studies.learn.documents:LearnRequest")
     document_model = lazy("studies.learn.documents:LearnDocument")
     partial_model = lazy("studies.learn.documents:PartialLearning")
-    planner = lazy("studies.learn.learn:plan")
+    planner = lazy("studies.learn.plan:plan")
     run = lazy("studies.learn.learn:learn")
     suffixes = (".toml",)
     write = lazy("studies.learn.learn:save")
@@ -61,6 +63,13 @@ class LearnStudy(Study):
     def add_options(self, parser: argparse.ArgumentParser) -> None:
         """Add who learns and how."""
         parser.add_argument("--variant", metavar="LETTER", help="who learns (default: the last)")
+        parser.add_argument(
+            "--after",
+            metavar="MOTION",
+            action="append",
+            default=None,
+            help="a trajectory that is learnt first, and carried over (repeatable)",
+        )
         parser.add_argument("--laps", metavar="N", type=int, help="laps to learn in (default: 12)")
         parser.add_argument("--gain", metavar="G", type=float, help="learning gain (default: 0.6)")
         parser.add_argument(
@@ -93,9 +102,9 @@ class LearnStudy(Study):
         """Return the request of the options."""
         from motionlab.config.changes import parse_assignments
 
-        own = set_options(options, "variant", "laps", "gain", "motors", "seed", "encoder", "anyway")
+        names = ("after", "variant", "laps", "gain", "motors", "seed", "encoder", "anyway")
         bandwidth = {"bandwidth": parse_assignments(options.bandwidth, "--bandwidth")}
-        return super().request_of(options, changes) | bandwidth | own
+        return super().request_of(options, changes) | bandwidth | set_options(options, *names)
 
     def document(self, result: Learnt) -> LearnDocument:
         """Return the document of what was learnt."""
