@@ -29,6 +29,13 @@ _NOISE = {f"plant.{axis}.amplifiers.noise": 0.01 for axis in ("x", "y")}  # A rm
 _UNSEEN = ("circle", "rhombus", "pentagram", "stair-y-50mm", "trapezoid-y")
 _TAUGHT = ("circle", "rhombus", "pentagram", "trapezoid-y")
 _GAIN = 0.7
+_FRICTIONS: dict[str, dict[str, Any]] = {
+    "GMS": {"effect": "gms"},
+    "Dahl": {"effect": "dahl"},
+    "static Stribeck": {"effect": "static-stribeck"},
+    "mu N, mu 0.01": {"effect": "lugre", "mu": 0.01},
+}
+_LEAST = 0.3  # um
 _LAPS, _LONG, _AFTER = 16, 500, 100
 _DRAWN, _DRAWN_LAPS = 300, 40
 _NOTHING = 1e-12  # learning gain
@@ -44,13 +51,19 @@ def learning() -> Iterator[Row]:
     for motor in _CONTROLLERS:
         for motion in _UNSEEN:
             yield from _carried(motor, motion)
+    for name, effect in _FRICTIONS.items():
+        yield from _friction(name, effect)
     yield _predicted()
 
 
-def planned(motor: str, motion: str, **more: Any) -> LearnPlan:
+def planned(
+    motor: str, motion: str, changes: dict[str, Any] | None = None, **more: Any
+) -> LearnPlan:
     """Return learning of a motion of Table 1 on a motor, with noise of its currents."""
-    changes = {"plant": motor, "variants.B.controller": _CONTROLLERS[motor], **_NOISE}
-    request = LearnRequest(scenario=motion, set=changes, variant="B", motors=0, **more)
+    own = {"plant": motor, "variants.B.controller": _CONTROLLERS[motor], **_NOISE}
+    request = LearnRequest(
+        scenario=motion, set=own | (changes or {}), variant="B", motors=0, **more
+    )
     return plan(request)
 
 
@@ -74,6 +87,24 @@ def _motion(motor: str, motion: str) -> Iterator[Row]:
             f"true, last 3: {true:.2f} um",
             f"{peaks[-1] / peaks[0]:.3f}",
             peaks[-1] <= peaks[0],
+        )
+
+
+def _friction(name: str, effect: dict[str, Any]) -> Iterator[Row]:
+    """Learn on a motor whose friction is not that of the controller's model."""
+    changes: dict[str, Any] = {}
+    for axis in ("x", "y"):
+        changes |= {f"plant.{axis}.friction.enabled": False, f"plant.{axis}.effects": [effect]}
+    for axis, each in learnt(planned("matched", "circle", changes, laps=_LAPS)).axes.items():
+        first, last = each.laps[0], np.mean([1e6 * lap.peak for lap in each.laps[-4:]])
+        true = np.mean([1e6 * lap.true_peak for lap in each.laps[-4:]])
+        yield Row(
+            f"circle {axis}, matched with friction of {name}: max error, mean of laps 13 to 16",
+            f"<= {_LEAST:g} um",
+            f"{1e6 * first.peak:.2f} -> {last:.2f} um",
+            f"true: {true:.2f} um",
+            f"{last / (1e6 * first.peak):.3f}",
+            bool(last <= _LEAST),
         )
 
 

@@ -38,6 +38,7 @@ from motionlab.lanes import (
     select,
     unpack,
 )
+from motionlab.plant.encoder import corrected
 from motionlab.simulation.inputs import PAGE
 
 Array = NDArray[np.float64]
@@ -87,7 +88,7 @@ class Weights(NamedTuple):
 @compiled
 def _observed(par: Parameters, s: State, at: Inputs) -> Observed:
     """Return the observation of the period that begins now."""
-    p_meas = measured_position(par, s, at)
+    p_meas = corrected(par.model_subdivision, measured_position(par, s, at))
     memory = s.memory
     last = Last(memory.p_last, memory.v_last, memory.e_last)
     motion = estimate_motion(at.p_ref, p_meas, last, s.age == 0.0)

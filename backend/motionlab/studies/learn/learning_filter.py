@@ -62,7 +62,7 @@ def modelled(scenario: Scenario, variant: str) -> Scenario:
 
 
 def _as_known(axis: AxisConfig, model: AxisModelConfig) -> AxisConfig:
-    exact = {"resolution": 0.0, "sde_amplitude": 0.0, "noise": 0.0}
+    exact = {"resolution": 0.0, "sde_amplitude": 0.0, "noise": 0.0, "jitter": 0.0}
     return axis.model_copy(
         update={
             "encoder": axis.encoder.model_copy(update=exact),
@@ -71,6 +71,7 @@ def _as_known(axis: AxisConfig, model: AxisModelConfig) -> AxisConfig:
             "force_map": model.force_map,
             "amplifiers": AmplifierConfig(limit=axis.amplifiers.limit),
             "resonance": ResonanceConfig(),
+            "effects": (),
         }
     )
 
