@@ -3308,6 +3308,27 @@ export interface components {
             automatic: boolean;
         };
         /**
+         * CarriedOver
+         * @description What other motions taught of an axis, before its first lap.
+         */
+        CarriedOver: {
+            /**
+             * Motions
+             * @description Of which this axis had learnt a lap
+             */
+            motions: string[];
+            /**
+             * Explained
+             * @description Share of what the model leaves, in those motions, that is explained
+             */
+            explained: number;
+            /**
+             * Peak
+             * @description Largest following error in the first lap without it
+             */
+            peak: number;
+        };
+        /**
          * Cause
          * @description A cause, and what the peak is without it.
          */
@@ -8329,6 +8350,8 @@ export interface components {
              * @description One after another
              */
             laps: components["schemas"]["LearnLap"][];
+            /** @description null where no other motion was learnt first */
+            carried_over?: components["schemas"]["CarriedOver"] | null;
             /** @description null where it was not looked for */
             encoder: components["schemas"]["EncoderError"] | null;
             /**
@@ -21939,6 +21962,14 @@ export interface operations {
                     set?: {
                         [key: string]: unknown;
                     };
+                    /**
+                     * after motions
+                     * @description Motions that are learnt first, by name or as tables: what they teach of friction, mass and force map is carried over to the first lap
+                     * @default []
+                     */
+                    after?: (string | {
+                        [key: string]: unknown;
+                    })[];
                     /**
                      * Variant
                      * @description Whose controller learns; null: the last
