@@ -119,7 +119,16 @@ def _kinds(head):
     return "\n".join(parts)
 
 
-_SI = {"nm": "m", "µm": "m", "mm": "m", "mm/s": "m/s", "°": "rad", "% of pitch": "1", "%": "1"}
+_SI = {
+    "nm": "m",
+    "µm": "m",
+    "mm": "m",
+    "µs": "s",
+    "mm/s": "m/s",
+    "°": "rad",
+    "% of pitch": "1",
+    "%": "1",
+}
 _SI |= {"N/mm": "N/m", "N s/mm": "N s/m"}
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import re
 import zipfile
 from functools import cache
@@ -134,3 +135,16 @@ def test_equations_are_rendered_without_a_script() -> None:
     physics = text("physics")
     assert physics.count("<math ") > 10
     assert "<mfrac>" in physics
+
+
+def test_what_can_be_brought_in_is_found_by_its_usual_names() -> None:
+    index = (SITE / "searchindex.js").read_text(encoding="utf-8")
+    index = json.loads(index[index.index("{") : index.rindex("}") + 1])
+    for word, page in {
+        "plugin": "own-law",
+        "ilc": "learning",
+        "cog": "own-effect",  # the stem of cogging
+    }.items():
+        found = index["terms"].get(word, [])
+        places = found if isinstance(found, list) else [found]
+        assert page in [index["docnames"][place] for place in places], word
