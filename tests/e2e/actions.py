@@ -147,7 +147,7 @@ def controller(page: Page, variant: str) -> None:
     page.get_by_role("button", name=f"Controller {variant}").click()
 
 
-def set_field(page: Page, label: str, value: str) -> None:
+def set_field(page: Page | Locator, label: str, value: str) -> None:
     field = page.get_by_role("textbox", name=label, exact=True)
     field.fill(value)
     field.press("Enter")

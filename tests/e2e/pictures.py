@@ -87,6 +87,22 @@ def _lab(browser: Browser, server: Server) -> None:
         page.close()
 
 
+def _learning(browser: Browser, server: Server) -> None:
+    """Learn the circle with the reference controller, and put what was learnt into the Lab."""
+    page = browser.new_page(viewport={"width": 1440, "height": 900}, color_scheme="light")
+    controller = json.dumps({"variants.B.controller": "lugre-reference"})
+    page.goto(f"{server.url}/?{urlencode({'scenario': 'circle-matched', 'set': controller})}")
+    page.locator(".badge.exact").first.wait_for(timeout=LONG)
+    panel = region(page, "Learning")
+    panel.locator("summary").first.click()
+    panel.get_by_role("button", name="Learn", exact=True).click()
+    panel.get_by_role("button", name="Put into the Lab").click(timeout=120_000)
+    expect(panel).to_contain_text("in the Lab", timeout=LONG)
+    page.wait_for_timeout(2500)
+    page.screenshot(path=DOCS / "learning-light.png")
+    page.close()
+
+
 def _view3d(browser: Browser, server: Server) -> None:
     """Play the circle and cut through the x movers of B, over the whole page."""
     page = browser.new_page(viewport={"width": 1440, "height": 720}, color_scheme="light")
@@ -260,6 +276,7 @@ def _drive(browser: Browser, _: Server) -> None:
 
 _TAKES: dict[str, tuple[Callable[[Browser, Server], None], tuple[str, ...]]] = {
     "lab": (_lab, ("lab-light.png", "lab-dark.png")),
+    "learning": (_learning, ("learning-light.png",)),
     "trajectories": (_trajectories, ("trajectories-light.png",)),
     "identify": (_identify, ("identify-light.png",)),
     "tune": (_tune, ("tune.png",)),

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from motionlab.config.load import load_scenario
-from motionlab.library.description import labels
+from motionlab.library.description import differences, labels
+from tests.learnt_forces import known
 
 LAW = "variants.B.controller.compensation.law"
 ENABLED = "variants.B.controller.compensation.enabled"
@@ -23,3 +25,12 @@ ENABLED = "variants.B.controller.compensation.enabled"
 )
 def test_a_label_names_the_law_that_runs(changes: dict[str, object], label: str) -> None:
     assert labels(load_scenario("circle", changes)) == {"A": "no compensation", "B": label}
+
+
+def test_a_learnt_force_is_told_by_its_laps() -> None:
+    force = known(np.zeros((6000, 2)))
+    (one,) = differences(load_scenario("circle", {"learnt": force.model_dump(mode="json")}))
+    assert (one.path, one.shipped, one.value) == ("learnt", None, "1 lap")
+    more = force.model_copy(update={"laps": 12}).model_dump(mode="json")
+    (two,) = differences(load_scenario("circle", {"learnt": more}))
+    assert two.value == "12 laps"

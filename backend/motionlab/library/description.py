@@ -28,6 +28,7 @@ _POINTS = 48
 _FULL = 1000
 _MAGNIFIED = 1 / 3  # of the path's size: the largest error in the picture
 _AT_REST = 1e-9  # m
+_LEARNT = "learnt"
 _NAMED = ("kind", "name", "law")
 """Fields that decide what their neighbours mean: where one differs, the others are not compared."""
 
@@ -79,6 +80,9 @@ def differing(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[Diffe
 def _differing(shipped: Any, value: Any, path: str) -> Iterator[Difference]:
     if shipped == value:
         return
+    if path == _LEARNT:
+        yield Difference(path=path, shipped=_laps(shipped), value=_laps(value))
+        return
     if not (isinstance(shipped, dict) and isinstance(value, dict)):
         yield Difference(path=path, shipped=_short(shipped), value=_short(value))
         return
@@ -94,6 +98,13 @@ def _differing(shipped: Any, value: Any, path: str) -> Iterator[Difference]:
 
 def _join(path: str, key: str) -> str:
     return f"{path}.{key}" if path else key
+
+
+def _laps(learnt: Mapping[str, Any] | None) -> str | None:
+    """Return a learnt force in words, without its numbers."""
+    if learnt is None:
+        return None
+    return f"{learnt['laps']} lap{'' if learnt['laps'] == 1 else 's'}"
 
 
 def _short(value: Any) -> Any:

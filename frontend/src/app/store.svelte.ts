@@ -395,7 +395,7 @@ export class Store {
       this.undo.clear();
       const what = path
         ? `The session took ${path.name || 'the drawn path'} and`
-        : 'Trajectory and seed hold from the start: the session';
+        : 'Trajectory, seed and learnt force hold from the start: the session';
       messages.info(`${what} went back to 0 s.`, [this.undo.noteReplaced(before)]);
     } else {
       await this.session.patch(set);

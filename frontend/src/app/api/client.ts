@@ -70,7 +70,14 @@ const RESOLUTION = { positions: 97, currents: 11 };
 /** Operations that are always a job. */
 export type StudyPath = Extract<
   PathOf<'post'>,
-  '/tune' | '/landscape' | '/loop/sweep' | '/identify' | '/learn' | '/montecarlo' | '/reproduce' | '/sweep'
+  | '/tune'
+  | '/landscape'
+  | '/loop/sweep'
+  | '/identify'
+  | '/learn'
+  | '/montecarlo'
+  | '/reproduce'
+  | '/sweep'
 >;
 
 export class Api {

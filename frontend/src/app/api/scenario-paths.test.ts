@@ -30,6 +30,7 @@ describe('changes of a link', () => {
     plant: { name: 'nominal', x: { mass: 5.9 } },
     variants: { A: { controller: { x: { k_p: 1, notch: { frequency: 100 } } } } },
     trajectory: { kind: 'circle', radius: 0.015 },
+    learnt: { laps: 3 },
   } as unknown as Scenario;
 
   it('are taken where they have the form of what they replace', () => {
@@ -38,6 +39,7 @@ describe('changes of a link', () => {
       'variants.A.controller.x.notch': null,
       trajectory: { kind: 'line', end: { x: 0.001 } },
       'plant.x.load': { any: 1 },
+      learnt: null,
     };
     expect(fitting(good, now)).toEqual(good);
   });
@@ -95,6 +97,13 @@ describe('difference', () => {
     expect(difference(scenario, other)).toEqual([
       { path: 'plant', from: 'nominal', to: 'matched' },
     ]);
+  });
+  it('compares what was learnt as one value', () => {
+    const [from, to] = [
+      { laps: 3, x: 'AAAA' },
+      { laps: 5, x: 'AACA' },
+    ];
+    expect(difference({ learnt: from }, { learnt: to })).toEqual([{ path: 'learnt', from, to }]);
   });
   it('compares lists as one value', () => {
     const other = withValue(scenario, 'plant.x.gain', [1, 1, 0.9]);

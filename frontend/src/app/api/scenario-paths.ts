@@ -4,6 +4,9 @@ import type { Changes, Scenario, SessionInfo, Value } from './types';
 
 type Table = { [key: string]: Value };
 
+/** A force that was learnt of the motion; null without one. */
+export const LEARNT = 'learnt';
+
 export function isTable(value: unknown): value is Table {
   return typeof value === 'object' && value !== null && !Array.isArray(value);
 }
@@ -94,7 +97,7 @@ function walk(from: Table, to: Table, prefix: string, differences: ScenarioDiffe
     const path = prefix === '' ? key : `${prefix}.${key}`;
     const [a, b] = [from[key], to[key]];
     if (equal(a, b)) continue;
-    if (isTable(a) && isTable(b)) {
+    if (isTable(a) && isTable(b) && path !== LEARNT) {
       if (isPart(path) && a.name !== b.name && b.name !== 'custom') {
         differences.push({ path, from: a.name, to: b.name });
       } else if (path === 'trajectory' && a.kind !== b.kind) {
@@ -142,8 +145,9 @@ export function atStart({
 export function fitting(changes: Changes, scenario: Scenario): Changes {
   return Object.fromEntries(
     Object.entries(changes).filter(([path, value]) => {
-      // Parts of a controller, such as a notch, are switched off by null.
-      if (value === null) return path.includes('.controller.') || !isWhole(at(scenario, path));
+      // Parts of a controller, such as a notch, are switched off by null; so is what was learnt.
+      if (value === null)
+        return path === LEARNT || path.includes('.controller.') || !isWhole(at(scenario, path));
       return fits(value, at(scenario, path));
     }),
   );

@@ -144,6 +144,9 @@ export type PaperFigure = Schemas['PaperFigure'];
 export type Erratum = Schemas['Erratum'];
 /** A scenario on many plausible plants. */
 export type MonteCarlo = Schemas['MonteCarloDocument'];
+export type Learning = Schemas['LearnDocument'];
+export type LearnLap = Schemas['LearnLap'];
+export type LearntForce = Schemas['LearntForce'];
 
 /** Metrics over a grid or a list of values of fields. */
 export type SweepResult = Schemas['SweepDocument'];

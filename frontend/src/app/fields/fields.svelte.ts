@@ -2,7 +2,7 @@
 
 import { clean, digits, minus, pretty, prettyUnit } from '../../ui/units';
 import type { FieldEntry, ProblemField, Scenario, ScenarioFields, Value } from '../api/types';
-import { at, without } from '../api/scenario-paths';
+import { at, isTable, LEARNT, without } from '../api/scenario-paths';
 import { messages } from '../messages.svelte';
 
 export type Entries = Readonly<Record<string, FieldEntry>>;
@@ -72,8 +72,16 @@ export function needsRestart(path: string): boolean {
   return !served.scenario.schedulable.includes(path.split('.')[0] ?? '');
 }
 
+/** A learnt force by its laps; lists of runs have that in words already. */
+function lapsText(value: Value | undefined): string {
+  if (typeof value === 'string') return value;
+  if (!isTable(value)) return 'none';
+  return `${String(value['laps'])} ${value['laps'] === 1 ? 'lap' : 'laps'}`;
+}
+
 /** Writes a value for reading; `significant` digits. */
 export function show(path: string, value: Value | undefined, significant = 4): string {
+  if (path === LEARNT) return lapsText(value);
   if (value === undefined || value === null) return 'auto';
   if (typeof value === 'boolean') return value ? 'on' : 'off';
   if (typeof value === 'string')

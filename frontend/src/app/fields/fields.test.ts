@@ -15,6 +15,9 @@ it('shows every kind of value', () => {
   expect(show('plant.x.amplifiers.offset', [0.1, -0.1, 0.05])).toBe('0.1, −0.1, 0.05');
   expect(show('seed', 2019)).toBe('2019');
   expect(show('variants.B.controller.sharing.law', 'force-per-ampere')).toBe('force per ampere');
+  expect(show('learnt', { laps: 12, places: [], x: 'AAAA', y: 'AAAA' })).toBe('12 laps');
+  expect(show('learnt', { laps: 1 })).toBe('1 lap');
+  expect([show('learnt', null), show('learnt', '12 laps')]).toEqual(['none', '12 laps']);
   expect(nameOf('variants.B.controller.y.notch.gain')).toBe('B notch gain y');
   expect(ownerOf('plant.y.mass')).toBe('plant y');
 });

@@ -102,6 +102,7 @@ describe('lanes of a changed scenario', () => {
     { 'plant.x.encoder.jitter': 1e-6 },
     { 'plant.y.effects': [{ effect: 'gms' }] },
     { 'plant.x.unheard': 1 },
+    { learnt: { laps: 3 } },
     { 'plant.x.mass': 'heavy' },
     { 'variants.A.controller.compensation.law': 'unheard' },
     { 'variants.B.controller.compensation.law': 'mine' },

@@ -16,7 +16,7 @@ export class Beyond extends Error {}
 
 /** Fields that decide the inputs of a run, or what only the server computes. */
 const INPUTS =
-  /^(trajectory|load|seed|schedule|window|plant\.[xy]\.(effects|encoder\.(noise|jitter)|amplifiers\.(noise|ripple_\w+)))(\.|$)/;
+  /^(trajectory|load|seed|schedule|window|learnt|plant\.[xy]\.(effects|encoder\.(noise|jitter)|amplifiers\.(noise|ripple_\w+)))(\.|$)/;
 /** Fields whose numbers are read off the table of a force map, if it is one; what precedes is its owner. */
 const OF_MAP = /^(plant\.[xy]|variants\.[A-Z]\.controller)\.(.*force_map|sharing)(\.|$)/;
 /** Fields that notes are about; so is the law. */

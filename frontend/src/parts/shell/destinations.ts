@@ -94,6 +94,12 @@ export const CONTENTS: readonly Content[] = [
     also: 'robustness tolerance uncertainty spread',
   },
   {
+    screen: 'lab',
+    part: 'Learning',
+    name: 'Learning',
+    also: 'ilc iterative learning control learn learnt force lap to lap repetitive',
+  },
+  {
     screen: 'trajectories',
     part: 'Path on the plane',
     name: 'Path editor',

@@ -163,6 +163,10 @@ export const GLOSSARY = {
     name: 'Monte Carlo',
     text: 'The same run on many motors drawn at random around this one: how sure a result is.',
   },
+  learning: {
+    name: 'Iterative learning control',
+    text: 'After each lap of a motion that repeats, a force over the lap is corrected by the error that the lap has left: what repeats vanishes.',
+  },
   'rank correlation': {
     name: 'Rank correlation',
     text: 'From −1 to 1: whether the error grows with a parameter over all motors, in a straight line or not. Near 0 it does not matter.',

@@ -2,6 +2,7 @@
 
 import type * as drive from './drive/DriveTransport.svelte';
 import type * as study from './montecarlo/StudyBody.svelte';
+import type * as learning from './learning/LearningBody.svelte';
 import type * as gallery from './gallery/GallerySheet.svelte';
 import type * as why from './why/WhySheet.svelte';
 import type * as overlay from './overlay/lab-overlay';
@@ -11,6 +12,7 @@ import { fromAddress, load } from '../../app/storage';
 
 class OnDemand {
   study = $state.raw<typeof study | null>(null);
+  learning = $state.raw<typeof learning | null>(null);
   overlay = $state.raw<typeof overlay | null>(null);
   drive = $state.raw<typeof drive | null>(null);
   why = $state.raw<typeof why | null>(null);
@@ -28,6 +30,12 @@ class OnDemand {
     app.try(async () => {
       await app.catalogue.loadRequests(['monte-carlo']);
       this.study ??= await import('./montecarlo/StudyBody.svelte');
+    });
+
+  loadLearning = () =>
+    app.try(async () => {
+      await app.catalogue.loadRequests(['learn']);
+      this.learning ??= await import('./learning/LearningBody.svelte');
     });
 
   loadOverlay = () =>

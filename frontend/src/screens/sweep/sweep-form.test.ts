@@ -15,6 +15,7 @@ const GAIN = 'variants.B.controller.x.k_p';
 const scenario = {
   title: 'a',
   seed: 7,
+  learnt: { laps: 12, x: 'AAAA' },
   plant: { name: 'nominal', x: { mass: 6 } },
   variants: {
     B: {
@@ -32,6 +33,7 @@ it('lists numbers and switches by what they belong to, and no names', () => {
   expect(groups['model of B']).toEqual(['variants.B.controller.model.x.mass']);
   expect(groups['plant x']).toEqual(['plant.x.mass']);
   expect(groups.scenario).toEqual(['seed']);
+  expect(groups.learnt).toBeUndefined();
 });
 
 describe('a swept field', () => {

@@ -1,6 +1,6 @@
 /** The form of a sweep: its fields, its request, and errors of the server. */
 
-import { at } from '../../app/api/scenario-paths';
+import { at, LEARNT, without } from '../../app/api/scenario-paths';
 import type { ProblemField, Scenario, Value } from '../../app/api/types';
 import { choicesOf, fieldOf, ownerOf, refusal, show } from '../../app/fields/fields.svelte';
 import { listOf, oneOf } from '../../app/storage';
@@ -100,7 +100,7 @@ export function groupsOf(scenario: Scenario | null): readonly FieldGroup[] {
     }
   };
   const { variants, plant, trajectory, ...rest } = scenario ?? {};
-  walk({ variants, plant, trajectory, ...rest }, '');
+  walk({ variants, plant, trajectory, ...without(rest, [LEARNT]) }, '');
   const named = [...groups].map(([name, fields]) => ({ name, fields }));
   return [{ name: 'motor', fields: [{ path: 'plant', name: 'which motor' }] }, ...named];
 }

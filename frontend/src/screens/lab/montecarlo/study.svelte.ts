@@ -2,10 +2,11 @@
 
 import { equal } from '../../../app/api/scenario-paths';
 import { AXES, type Axis, type Changes, type MonteCarlo } from '../../../app/api/types';
-import { inlineScenarioOf, wholeOf, type ScenarioSource } from '../../../app/jobs/job-request';
+import { inlineScenarioOf, wholeOf } from '../../../app/jobs/job-request';
 import { load, oneOf, partOf, save } from '../../../app/storage';
 import { app } from '../../../app/store.svelte';
 import { ScenarioForm } from '../../../study/study-form.svelte';
+import { stageRequest } from '../../../study/stage-request';
 import { BandUnderlay } from '../../../plot/quantile-band';
 import type { Scope } from '../../../plot/scope-catalog';
 import type { SampleSource } from '../../../plot/source';
@@ -74,12 +75,7 @@ export class Study extends ScenarioForm {
 
   private async stage(drawn: Changes): Promise<void> {
     const { request } = this.job.report ?? {};
-    if (!request) return;
-    const { scenario = 'circle', set = {} } = request as Partial<ScenarioSource>;
-    if (!equal(scenario, app.session.info?.scenario)) await app.loadScenario(scenario);
-    if (typeof set['plant'] === 'string') await app.catalogue.resolvePlant(set['plant']);
-    app.setMode('whatif');
-    app.whatIfChanges.replace({ ...set, ...drawn });
+    if (request) await stageRequest(request, drawn);
   }
 
   look(at: { metric?: string; axis?: Axis }): void {
