@@ -31,6 +31,7 @@ const shipped = {
   plant: { name: 'nominal', x: axis, y: axis },
   variants: { A: { controller }, B: { controller } },
   trajectory: { kind: 'circle', radius: 0.1 },
+  learnt: null,
   schedule: [{ time: 3, set: { 'variants.A.controller.x.k_p': 7 } }],
   settling_band: 1,
 } as unknown as Scenario;
