@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from typing import Any
 
 import pytest
 from playwright.sync_api import Locator, Page, expect
@@ -69,15 +70,8 @@ def _staged(page: Page) -> set[str]:
     )
 
 
-def test_a_force_is_learnt_put_into_the_lab_and_forgotten(page: Page, server: Server) -> None:
-    panel = _open(page, server, "circle-matched", "lugre-reference")
-    set_field(panel, "laps", "8")
-    learn = panel.get_by_role("button", name="Learn", exact=True)
-    job = asked_for(page, learn.click)
-    use = panel.get_by_role("button", name="Put into the Lab")
-    expect(use).to_be_enabled(timeout=PATIENT)
-
-    result = page.request.get(f"{server.url}{API}/jobs/{job}").json()["result"]
+def _shows(page: Page, panel: Locator, result: dict[str, Any]) -> None:
+    """Curves, sentences and the encoder's error are those that the server has found."""
     for sentence in result["summary"]:
         expect(panel).to_contain_text(sentence)
     for axis in "xy":
@@ -93,16 +87,9 @@ def test_a_force_is_learnt_put_into_the_lab_and_forgotten(page: Page, server: Se
         expect(panel).not_to_contain_text("Comes with the last lap")
     assert serious(page, within='[aria-label="Learning"]') == []
 
-    use.click()
-    expect(panel).to_contain_text("8 laps of 3.00 s")
-    expect(panel.locator("summary").first).to_contain_text("in the Lab")
-    chips = page.get_by_role("list", name="Changes, staged first")
-    expect(chips).to_contain_text("8 laps")
-    assert _staged(page) == LEARNT
-    for row in ("max |ex|", "max |ey|"):
-        until(page, f"{row} of B is small", lambda row=row: float(metric(page, row, 1)) < 0.2)
 
-    # The page computes what a slider shows; the force does not travel while it moves.
+def _drags(page: Page) -> None:
+    """The page computes what a slider shows: the force does not travel while it moves."""
     page.locator(".badge.exact").first.wait_for(timeout=LONG)
     asked: list[str] = []
     page.on("request", lambda request: asked.append(request.url) if request.post_data else None)
@@ -120,15 +107,39 @@ def test_a_force_is_learnt_put_into_the_lab_and_forgotten(page: Page, server: Se
     assert lanes == []
     page.locator(".badge.exact").first.wait_for(timeout=LONG)
     assert 0 < float(metric(page, "max |ex|", 1)) < 0.2
-    expect(panel.locator("summary").first).to_contain_text("stale")
 
-    # A motor that starts anew takes it.
+
+def _sends(page: Page, server: Server) -> None:
+    """A motor that starts anew takes what is staged."""
     before = session(page, server)["id"]
     button(page, "Send 7 to motor")
     expect(page.get_by_text("learnt force hold from the start")).to_be_visible(timeout=LONG)
     now = session(page, server)
     assert now["id"] != before
     assert now["scenario"]["learnt"]["laps"] == 8
+
+
+def test_a_force_is_learnt_put_into_the_lab_and_forgotten(page: Page, server: Server) -> None:
+    panel = _open(page, server, "circle-matched", "lugre-reference")
+    set_field(panel, "laps", "8")
+    learn = panel.get_by_role("button", name="Learn", exact=True)
+    job = asked_for(page, learn.click)
+    use = panel.get_by_role("button", name="Put into the Lab")
+    expect(use).to_be_enabled(timeout=PATIENT)
+
+    _shows(page, panel, page.request.get(f"{server.url}{API}/jobs/{job}").json()["result"])
+    use.click()
+    expect(panel).to_contain_text("8 laps of 3.00 s")
+    expect(panel.locator("summary").first).to_contain_text("in the Lab")
+    chips = page.get_by_role("list", name="Changes, staged first")
+    expect(chips).to_contain_text("8 laps")
+    assert _staged(page) == LEARNT
+    for row in ("max |ex|", "max |ey|"):
+        until(page, f"{row} of B is small", lambda row=row: float(metric(page, row, 1)) < 0.2)
+
+    _drags(page)
+    expect(panel.locator("summary").first).to_contain_text("stale")
+    _sends(page, server)
 
     page.keyboard.press("w")
     panel.get_by_role("button", name="Forget").click()
