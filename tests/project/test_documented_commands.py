@@ -59,6 +59,7 @@ ELSEWHERE = {
     r"motionlab drive .*": "needs a server with drives: tests/drive/plug/test_motion.py",
     r"motionlab identify --run .*": "needs a run of drives: tests/drive/test_against_simulation.py",
     r"\.venv/bin/python examples/drive_ab\.py": "tests/drive/plug/test_motion.py",
+    r"motionlab run learnt\.toml .*": "needs what was learnt: tests/simulation/test_learnt.py",
     r"motionlab (check-law|run circle --laws) .*": "needs the file of a law: tests/own_laws",
     r"motionlab challenge \S+\.py.*": "needs one too: tests/studies/challenge",
     r"\.venv/bin/python examples/effects\.py": "run below, beside its table",
@@ -246,7 +247,7 @@ def test_it_runs_as_written(command: Command, tmp_path: Path, server: Server, fo
     for program in ("curl", "openssl", "gcc"):
         if program in command.text:
             need(program)
-    written = re.findall(r" (?:new|import \S+) ([\w-]+\.toml)", command.text)
+    written = re.findall(r" (?:new|import \S+|--out) ([\w-]+\.toml)", command.text)
     for name in set(re.findall(r"(?<= )[\w-]+\.toml", command.text)) - set(written):
         (tmp_path / name).write_text(scenario_of(command.page, name))
     if PLAIN.fullmatch(command.text):

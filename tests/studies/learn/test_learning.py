@@ -108,6 +108,16 @@ def test_a_filter_of_the_wrong_sign_is_held_by_its_best_lap() -> None:
         assert max(lap.peak for lap in each.laps) < 4.0 * each.laps[0].peak
 
 
+def test_after_going_back_it_learns_on() -> None:
+    """The loop of K = 0, with a less damped observer of friction, has laps that are worse."""
+    learning = after_laps(planned(set={"variants.B.controller": "lugre-observer"}, laps=20))
+    for axis in AXES:
+        laps = learning.axes[axis].laps
+        assert not all(lap.went_back for lap in laps[-3:])
+        assert laps[-1].peak < 0.1 * laps[0].peak
+    assert any(lap.went_back for each in learning.axes.values() for lap in each.laps)
+
+
 def test_it_refuses_a_bandwidth_at_which_it_would_diverge() -> None:
     resonant = {"plant": "matched-resonant", "variants.B.controller": "lugre-reference-notch"}
     with pytest.raises(ConfigError) as refused:

@@ -102,7 +102,8 @@ class AxisLearning:
         self.error = error
         rms = _rms(error)
         gain = self._gain_now()
-        back = rms > _WORSE * self._best and rms > _FLOOR
+        again = self.force is self._best_force  # after going back: what that lap is like by now
+        back = rms > _WORSE * self._best and rms > _FLOOR and not again
         self.laps.append(
             LapFigures(
                 float(np.abs(error).max()),
@@ -118,7 +119,7 @@ class AxisLearning:
             self.force = self._best_force
             self.gain *= 0.5
             return
-        if rms < self._best:
+        if rms < self._best or again:
             self._best, self._best_force = rms, self.force
         if self.encoder is not None and len(self.laps) > _ENCODER_FROM:
             self._learn_encoder(error, position, velocity)

@@ -227,5 +227,6 @@ def _sentence(axis: str, learnt: LearnAxis, motors: int) -> str:
     )
     back = sum(lap.went_back for lap in laps)
     if back:
-        text += f"; {back} laps were so much worse that learning went back"
+        laps_were = "lap was" if back == 1 else "laps were"
+        text += f"; {back} {laps_were} so much worse that learning went back"
     return f"{text}."
