@@ -77,6 +77,8 @@ def test_a_law_uses_its_parameters_and_no_other(law: str) -> None:
         "residual_bandwidth": 90.0,
         "regularisation": 3.0,
         "k_d_share": 0.5,
+        "attraction": 100.0,
+        "smoothing_velocity": 1e-3,
     }
     assert set(other) == set(CompensationConfig.model_fields) - {"law", "enabled"}
     place = "variants.B.controller.compensation"

@@ -25,7 +25,7 @@ from motionlab.effects.level import (
     steady_level,
     stiction_below,
 )
-from motionlab.lanes import Lanes, compiled, select
+from motionlab.lanes import Lanes, compiled, round_nearest, select
 from motionlab.lanes.functions import decay, sign
 from motionlab.plant.friction import LuGre, stribeck_level
 
@@ -86,7 +86,7 @@ class Element(NamedTuple):
 def _element(stiffness: Lanes, level: Lanes, rate: Lanes, at: Element, seen: MidStep) -> Element:
     """Step an element of stiffness k, N/m, sliding force alpha_i s, N, and rate C/s, 1/s."""
     v, force = seen.velocity, at.force
-    side, slip = sign(v), sign(at.side)
+    side, slip = sign(v), round_nearest(at.side)  # a direction has no slope to linearise
     # A reversal ends the slip.
     slips = (abs(slip) > 0.0) & (slip * v >= 0.0)
     e, phi_1 = decay(rate * seen.h, 1.0 / (rate * seen.h))
