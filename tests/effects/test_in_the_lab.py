@@ -16,6 +16,7 @@ from motionlab.export.plant import export_plant
 from motionlab.kernel.build import lane_parameters
 from motionlab.kernel.law_calls import laws_of
 from motionlab.loop.document import loop_document
+from motionlab.loop.linearise import linearise
 from motionlab.simulation.batch import CaseTask, run_batch
 from motionlab.simulation.lane_run import Known, Obstacle, lane_run
 from motionlab.simulation.prepare import prepare
@@ -89,6 +90,22 @@ def test_batches_give_what_a_run_gives() -> None:
                 figure = result["variants"][name]["axes"][axis]["max_abs_following_error"]
                 peak = batch.metrics["max_abs_following_error"]
                 assert peak[case, variant, place] == figure
+
+
+@pytest.mark.parametrize("law", ["gms-observer", "dahl-observer", "static-stribeck-observer"])
+@pytest.mark.parametrize("speed", [0.0, 0.5, 4.0])
+def test_an_observer_that_sees_the_reference_is_no_feedback(law: str, speed: float) -> None:
+    """Its loop is that of no compensation: no state of it has a slope towards the measurement."""
+    place = "variants.B.controller.compensation"
+    loops = {
+        name: load_scenario("circle", {f"{place}.law": name, f"{place}.velocity": "reference"})
+        for name in ("off", law)
+    }
+    v = speed * loops["off"].plant.x.friction.v_s
+    frequency = np.array([1.0, 30.0, 300.0])
+    plain, observed = (linearise(each, "B", "x", v=v) for each in loops.values())
+    np.testing.assert_allclose(observed.open(frequency), plain.open(frequency), rtol=1e-6)
+    assert observed.stable
 
 
 def test_an_observer_of_the_plants_own_model_is_the_best() -> None:
