@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from pathlib import Path
 from typing import Any
 
@@ -106,6 +107,11 @@ def test_an_observer_that_sees_the_reference_is_no_feedback(law: str, speed: flo
     plain, observed = (linearise(each, "B", "x", v=v) for each in loops.values())
     np.testing.assert_allclose(observed.open(frequency), plain.open(frequency), rtol=1e-6)
     assert observed.stable
+
+
+def test_a_scenario_with_effects_goes_to_workers() -> None:
+    scenario = load_scenario("circle", {"plant.x.effects": [GMS]})
+    assert pickle.loads(pickle.dumps(scenario)) == scenario
 
 
 def test_an_observer_of_the_plants_own_model_is_the_best() -> None:

@@ -51,6 +51,7 @@ def test_every_accepted_job_is_of_one_kind(document: dict[str, Any]) -> None:
         "sweep": "frequency-sweep",
         "maps": "map",
         "identify": "identify",
+        "learn": "learn",
         "montecarlo": "monte-carlo",
         "reproduce": "reproduce",
         "tune": "tune",

@@ -88,6 +88,13 @@ def test_it_is_refused_for_another_motion(change: dict[str, Any]) -> None:
     assert refused.value.errors[0].unit == "m"
 
 
+def test_one_that_no_controller_adds_is_of_any_motion_and_one_that_is_not_there_is_noted() -> None:
+    unused = USED | {"variants.B.controller.learnt": False, "trajectory.radius": 0.01}
+    assert prepare(load_scenario("circle", unused)).reference.notes == ()
+    missing = prepare(load_scenario("circle", USED | {"learnt": None}))
+    assert any("the scenario has none" in note for note in missing.reference.notes)
+
+
 def _letters(values: list[float]) -> str:
     return base64.b64encode(np.array(values, dtype="<f4").tobytes()).decode()
 
@@ -96,10 +103,10 @@ def _letters(values: list[float]) -> str:
     ("values", "why"),
     [
         ({"x": "?"}, "base64"),
-        ({"x": _letters([0.0])}, "holds no 2 to"),
-        ({"x": _letters([0.0, np.nan]), "y": _letters([0.0, 0.0])}, "in period 1"),
-        ({"x": _letters([0.0, 101.0]), "y": _letters([0.0, 0.0])}, "101 N in period 1"),
-        ({"x": _letters([0.0] * 3)}, "equally many"),
+        ({"x": _letters([0.0])}, "holds no 400 to"),
+        ({"x": _letters([0.0, np.nan, *[0.0] * 398])}, "in period 1"),
+        ({"x": _letters([0.0, 101.0, *[0.0] * 398])}, "101 N in period 1"),
+        ({"x": _letters([0.0] * 400)}, "equally many"),
         ({"places": [[0.0, 0.0]]}, "places"),
     ],
 )

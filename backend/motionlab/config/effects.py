@@ -27,13 +27,17 @@ def _config_of(effect: Effect) -> Any:
     words = effect.name.replace("_", "-").split("-")
     fields: dict[str, Any] = {each.name: declared_field(each, None) for each in effect.parameters}
     name: Any = (Literal[effect.name], Field(title="effect", description=effect.description))
-    return create_model(
-        f"{''.join(word.capitalize() for word in words)}EffectConfig",
+    title = f"{''.join(word.capitalize() for word in words)}EffectConfig"
+    model = create_model(
+        title,
         __base__=AnyEffectConfig,
         __doc__=f"{effect.description}.",
+        __module__=__name__,
         effect=name,
         **fields,
     )
+    globals()[title] = model  # where workers find the class of what is sent to them
+    return model
 
 
 if TYPE_CHECKING:

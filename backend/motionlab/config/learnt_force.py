@@ -16,8 +16,8 @@ from motionlab.config.quantity import Config, quantity
 from motionlab.declarations import OURS
 from motionlab.timing import CONTROL_PERIOD
 
-TICKS_MAX = 120_000
-"""Longest lap, control periods: 60 s."""
+TICKS_MIN, TICKS_MAX = 400, 90_000
+"""Shortest and longest lap, control periods: 0.2 and 45 s, which a request of 1 MB holds."""
 FORCE_MAX = 100.0
 """Largest force, N."""
 PLACES = 64
@@ -52,9 +52,9 @@ class LearntForce(Config):
         sizes = {}
         for axis in ("x", "y"):
             force = _decoded(getattr(self, axis))
-            if force is None or not 2 <= len(force) <= TICKS_MAX:
+            if force is None or not TICKS_MIN <= len(force) <= TICKS_MAX:
                 raise ValueError(
-                    f"{axis} holds no 2 to {TICKS_MAX} 4-byte floats as base64, "
+                    f"{axis} holds no {TICKS_MIN} to {TICKS_MAX} 4-byte floats as base64, "
                     f"one for each {1e3 * CONTROL_PERIOD:g} ms of the lap"
                 )
             wrong = np.flatnonzero(~(np.abs(force) <= FORCE_MAX))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import struct
 
 import numpy as np
@@ -11,6 +12,7 @@ from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
 from motionlab.kernel.build import LANES_PER_VARIANT, VARIANTS_PER_BLOCK
 from motionlab.kernel.layout import state_row
+from motionlab.plant.encoder import Subdivision
 from motionlab.simulation.prepare import Prepared
 from motionlab.simulation.simulation import Simulation, sample_page
 from motionlab.telemetry.channels import Sample
@@ -40,6 +42,7 @@ _SAMPLES = (
 )
 """Signals that the simulation keeps in single precision only."""
 
+_REPETITIONS = 20
 _INPUTS = 4
 COLUMNS = _INPUTS + len(_STATES) + len(_SAMPLES)
 """Numbers of one axis in one control period."""
@@ -71,6 +74,10 @@ def simulated_vectors(prepared: Prepared, variant: str, seconds: float) -> Array
     states = [state_row(path) for path in _STATES]
     channels = [Sample._fields.index(name) for name in _SAMPLES]
 
+    model = prepared.scenario.variants[variant].controller.model
+    plant = prepared.scenario.plant
+    encoders = (plant.x.encoder, plant.y.encoder)
+    known = [Subdivision(**each.subdivision.model_dump()) for each in (model.x, model.y)]
     ticks = min(to_ticks(seconds), _unchanged(prepared, variant))
     rows = np.empty((ticks, len(AXES), COLUMNS))
     for column, values in enumerate(_reference(prepared)):
@@ -80,11 +87,27 @@ def simulated_vectors(prepared: Prepared, variant: str, seconds: float) -> Array
     for tick in range(ticks):
         simulation.advance(samples)
         state = simulation.snapshot().state[block, :, lanes]
-        rows[tick, :, _INPUTS - 1] = state[measured]
+        rows[tick, :, _INPUTS - 1] = [
+            reading_of(each, p, encoder.resolution) if each.sine or each.cosine else p
+            for each, p, encoder in zip(known, state[measured].tolist(), encoders, strict=True)
+        ]
         rows[tick, :, _INPUTS : _INPUTS + len(_STATES)] = state[states].T
         rows[tick, :, _INPUTS + len(_STATES) :] = samples[block, 0, channels, lanes].T
     failed = simulation.failed_ticks[place]
     return rows if failed is None else rows[:failed]
+
+
+def reading_of(known: Subdivision, position: float, resolution: float) -> float:
+    """Return the reading, m, whose correction by what is known of the encoder is a position, m.
+
+    By repetition, which comes closer by ``2 pi A/period`` each time, 0.01 for 40 nm of 20 um; then
+    the count that it is, to the last bit.
+    """
+    reading = position
+    for _ in range(_REPETITIONS):
+        angle = 2.0 * math.pi * reading / known.period
+        reading = position + known.sine * math.sin(angle) + known.cosine * math.cos(angle)
+    return resolution * round(reading / resolution) if resolution > 0.0 else reading
 
 
 def vector_file(vectors: Array) -> bytes:

@@ -9,16 +9,14 @@ from typing import NamedTuple, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.config.learnt_force import PLACES, TICKS_MAX, LearntForce
+from motionlab.config.learnt_force import PLACES, TICKS_MAX, TICKS_MIN, LearntForce
 from motionlab.config.planar import AXES
 from motionlab.errors import ConfigError, FieldError
-from motionlab.timing import CONTROL_PERIOD, to_ticks
+from motionlab.timing import CONTROL_PERIOD
 from motionlab.trajectories.reference import Reference
 
 Array = NDArray[np.float64]
 
-SHORTEST = 0.2
-"""Shortest lap, s: of a shorter one there are too few ticks to learn in."""
 SAME_PLACE = 1e-6
 """Positions that far apart, m, are those of one path; where it moves, a control period's way more:
 laps begin at whole ticks."""
@@ -65,9 +63,9 @@ def checked_lap(reference: Reference) -> Lap:
         raise ConfigError(
             FieldError("trajectory", "has no laps: it does not end where it begins, at rest")
         )
-    if not to_ticks(SHORTEST) <= lap.ticks <= TICKS_MAX:
+    if not TICKS_MIN <= lap.ticks <= TICKS_MAX:
         seconds = lap.ticks * CONTROL_PERIOD
-        bounds = f"{SHORTEST:g} to {TICKS_MAX * CONTROL_PERIOD:g}"
+        bounds = f"{TICKS_MIN * CONTROL_PERIOD:g} to {TICKS_MAX * CONTROL_PERIOD:g}"
         message = "has a lap of a length that cannot be learnt"
         raise ConfigError(FieldError("trajectory", message, seconds, bounds, "s"))
     return lap

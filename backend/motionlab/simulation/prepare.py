@@ -120,15 +120,23 @@ def prepare(scenario: Scenario, *, checked: bool = False) -> Prepared:
     scenario = planned(scenario)
     reference = _sampled(scenario.trajectory)
     changes = epochs(scenario)
-    if scenario.learnt is not None:
+    if scenario.learnt is not None and any(map(_adds_learnt, changes)):
         pitches = (pole_pitch(each.force_map) for each in (scenario.plant.x, scenario.plant.y))
         if note := check_learnt(scenario.learnt, reference, tuple(pitches)):
             reference = replace(reference, notes=(*reference.notes, note))
+    elif any(map(_adds_learnt, changes)):
+        note = "a controller adds a learnt force, and the scenario has none"
+        reference = replace(reference, notes=(*reference.notes, note))
     if not checked:
         _check_feasibility(scenario.trajectory, changes)
         _refuse_times_outside(scenario, changes, reference.ticks)
     loads = tuple((tick, changed.load) for tick, changed in changes)
     return Prepared(scenario, reference, _load(loads, reference.ticks), changes)
+
+
+def _adds_learnt(change: tuple[int, Scenario]) -> bool:
+    """Return whether a controller adds the force that was learnt of the motion."""
+    return any(each.controller.learnt for each in change[1].variants.values())
 
 
 def planned(scenario: Scenario) -> Scenario:

@@ -49,7 +49,10 @@ def _resists(name: str) -> bool:
 
 def _instability(scenario: Scenario, name: str, axis: str) -> list[str]:
     """Return the velocities at which the linearised loop of an axis is known to be unstable."""
-    v_s = getattr(scenario.plant, axis).friction.v_s
+    own = getattr(scenario.plant, axis)
+    if any(EFFECTS[each.effect].friction for each in own.effects):
+        return []  # which the linearised loop does not have
+    v_s = own.friction.v_s
     speeds = {"while it slides": SLIDING * v_s, "at standstill": 0.0}
     try:
         where = [words for words, v in speeds.items() if not is_stable(scenario, name, axis, v=v)]

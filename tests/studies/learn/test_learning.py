@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 
 from motionlab.config.load import load_scenario
 from motionlab.config.planar import AXES
-from motionlab.errors import ConfigError
+from motionlab.errors import ConfigError, MotionLabError
 from motionlab.kernel.force_maps import pole_pitch
 from motionlab.lanes.bank import TABLES
 from motionlab.simulation.prepare import prepare
@@ -18,9 +19,10 @@ from motionlab.simulation.run import run
 from motionlab.studies.learn.carry_over import Course, Lesson, taught
 from motionlab.studies.learn.documents import LearnRequest
 from motionlab.studies.learn.laps import Learning
-from motionlab.studies.learn.learn import learn, learning_of
+from motionlab.studies.learn.learn import learn, learning_of, save
 from motionlab.studies.learn.learning_filter import to_error
-from motionlab.studies.learn.plan import LearnPlan, plan
+from motionlab.studies.learn.plan import LearnPlan, band, factors, plan
+from motionlab.studies.learn.study import LearnStudy
 from motionlab.trajectories.reference import sample
 from tests.learnt_forces import known
 
@@ -116,6 +118,47 @@ def test_after_going_back_it_learns_on() -> None:
         assert not all(lap.went_back for lap in laps[-3:])
         assert laps[-1].peak < 0.1 * laps[0].peak
     assert any(lap.went_back for each in learning.axes.values() for lap in each.laps)
+
+
+def test_it_goes_on_from_a_learnt_force_and_does_not_learn_from_the_way_to_it() -> None:
+    """The paper's observer, whose first lap from rest is 7 um off with the force of the 16th."""
+    paper = {"variants.B.controller": "lugre-observer"}
+    done = learn(planned(set=paper, laps=16), lambda *_: None).document
+    again = learn(planned(set=paper | done.changes, laps=4), lambda *_: None).document
+    for axis in AXES:
+        last = done.axes[axis].laps[-1].peak
+        assert max(lap.peak for lap in again.axes[axis].laps) < 2.0 * last
+    assert again.changes["learnt"]["laps"] == 20
+
+
+def test_a_motor_that_diverges_is_said_and_not_written(tmp_path: Path) -> None:
+    far = {"bandwidth": {"x": 900.0, "y": 900.0}, "gain": 2.0, "anyway": True}
+    done = learn(planned(laps=12, **far), lambda *_: None)
+    assert done.document.diverged
+    assert LearnStudy().has_failed(done)
+    assert all("diverged in lap" in text for text in done.document.summary)
+    with pytest.raises(MotionLabError, match="diverged in lap"):
+        save(done, str(tmp_path / "learnt.toml"))
+    assert not (tmp_path / "learnt.toml").exists()
+
+
+def test_effects_of_friction_are_predicted_as_the_guides() -> None:
+    instead: dict[str, Any] = {f"plant.{axis}.friction.enabled": False for axis in AXES}
+    instead |= {f"plant.{axis}.effects": [{"effect": "gms"}] for axis in AXES}
+    paper = {"variants.B.controller": "lugre-observer"}
+    with_effects, plain = planned(set=paper | instead), planned(set=paper)
+    for axis in AXES:
+        at = band(plain.filters[axis])
+        rho = [factors(each, axis, each.scenario, at) for each in (with_effects, plain)]
+        np.testing.assert_array_equal(rho[0], rho[1])
+
+
+def test_laps_that_are_too_long_to_be_fitted_together_are_refused() -> None:
+    slow = {"kind": "circle", "radius": 0.01, "frequency": 1 / 40, "laps": 2}
+    with pytest.raises(ConfigError) as refused:
+        planned(after=(slow, slow, slow))
+    assert refused.value.errors[0].loc == "after"
+    assert refused.value.errors[0].unit == "s"
 
 
 def test_it_refuses_a_bandwidth_at_which_it_would_diverge() -> None:

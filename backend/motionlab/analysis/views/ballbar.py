@@ -185,7 +185,7 @@ def _other(recorded: Recorded, direction: numbers.Direction) -> tuple[str, Recor
             None,
         )
     trajectory = scenario.trajectory.model_copy(update={"direction": direction, "laps": _LAPS})
-    update = {"trajectory": trajectory, "window": None, "schedule": ()}
+    update = {"trajectory": trajectory, "learnt": None, "window": None, "schedule": ()}
     try:
         return "", recorded.simulate(scenario.model_copy(update=update))
     except ConfigError as problem:

@@ -164,7 +164,8 @@ def measured_scenario(scenario: Scenario, cycle: PositioningCycle) -> Scenario:
         j_max=JERK,
     )
     load = scenario.load.model_copy(update={"steps": ()})
-    update = {"trajectory": trajectory, "schedule": (), "window": None, "load": load}
+    without = {"schedule": (), "window": None, "learnt": None}
+    update = without | {"trajectory": trajectory, "load": load}
     return scenario.model_copy(update=update)
 
 

@@ -149,6 +149,7 @@ def compare_models(
         update={
             "name": "circle",
             "trajectory": load_scenario("circle").trajectory,
+            "learnt": None,
             "variants": {
                 "A": VariantConfig(
                     label="friction model as it was",

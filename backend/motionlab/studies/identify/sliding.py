@@ -150,6 +150,7 @@ def plan_motions(
         scenario = uncompensated.model_copy(
             update={
                 "trajectory": _there_and_back(axis, half, speed, acceleration),
+                "learnt": None,
                 "seed": rig.seed(axis, "sliding", index),
             }
         )

@@ -29,7 +29,7 @@ class LearningBandwidth(Config):
         le=900,
     )
     y: float | None = quantity(
-        "On y; left out: as on x",
+        "On y; left out: by the rule for x, of its own notch",
         label="learning bandwidth y",
         unit="Hz",
         source=OURS,

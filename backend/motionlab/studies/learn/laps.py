@@ -170,6 +170,9 @@ class Learning:
         self.lap: Lap = checked_lap(self.prepared.reference)
         self._places = places(self.prepared.reference, self.lap)
         self.laps = 0
+        known = self.prepared.scenario.learnt
+        uses = self.prepared.scenario.variants[self.variant].controller.learnt
+        self._laps_before = known.laps if known is not None and uses else 0
         reference = replace(self.prepared.reference, for_ever=True)
         scenario = self._scenario()
         alone = replace(
@@ -179,9 +182,11 @@ class Learning:
         self._samples = sample_page(1)
 
     def run(self, laps: int) -> Iterator[int]:
-        """Run laps, and yield the number of each after it was learnt from; ends if it diverges."""
-        for _ in self._advanced(self.lap.first):
-            pass
+        """Run laps, and yield the number of each after it was learnt from; ends if it diverges.
+
+        Where a force is known, one lap goes before: coming from rest, it says little of that force.
+        """
+        self.approach(any(each.force.any() for each in self.axes.values()))
         for _ in range(laps):
             columns = np.concatenate(list(self._advanced(self.lap.ticks)), axis=2)
             if columns.shape[2] < self.lap.ticks or self._simulation.failed_ticks[0] is not None:
@@ -200,6 +205,12 @@ class Learning:
             self.laps += 1
             self.take_up()
             yield self.laps
+
+    def approach(self, lap: bool) -> None:
+        """Come to the first lap, and run one with nothing learnt, if so asked."""
+        if self._simulation.tick == 0:
+            for _ in self._advanced(self.lap.first + self.lap.ticks * lap):
+                pass
 
     def take_up(self) -> None:
         """Put in effect, from the next tick on, what the axes know by now."""
@@ -234,7 +245,7 @@ class Learning:
             for axis in AXES
         }
         encodings = {axis: encoded(values) for axis, values in force.items()}
-        return LearntForce(laps=self.laps, places=self._places, **encodings)
+        return LearntForce(laps=self._laps_before + self.laps, places=self._places, **encodings)
 
     def changes(self) -> dict[str, Any]:
         """Return what was learnt as changes of the scenario, dotted path to value."""

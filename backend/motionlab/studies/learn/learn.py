@@ -14,6 +14,7 @@ from motionlab.config.changes import apply_changes
 from motionlab.config.load import validate
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
+from motionlab.errors import MotionLabError
 from motionlab.files import complete_file
 from motionlab.lanes import model_hash
 from motionlab.simulation.learnt import over_lap
@@ -64,6 +65,7 @@ def learn(planned: LearnPlan, progress: Progress) -> Learnt:
 def carried_over(planned: LearnPlan, learning: Learning) -> dict[str, CarriedOver]:
     """Learn other motions first, carry over what they teach, and return it."""
     without = learning_of(planned)
+    without.approach(lap=True)
     for _ in without.run(1):
         pass
     learnings = []
@@ -102,7 +104,16 @@ def name_of(motion: str | dict[str, Any]) -> str:
 
 
 def save(learnt: Learnt, path: str) -> None:
-    """Write the scenario with what was learnt to a file that ``motionlab run`` takes."""
+    """Write the scenario with what was learnt to a file that ``motionlab run`` takes.
+
+    Raises
+    ------
+    MotionLabError
+        If the motor diverged.
+    """
+    if learnt.document.diverged:
+        lap = learnt.document.laps + 1
+        raise MotionLabError(f"{path} is not written: the motor diverged in lap {lap}")
     tables = apply_changes(learnt.scenario.model_dump(mode="json"), learnt.document.changes)
     scenario = validate(tables).model_dump(mode="json", exclude_none=True)
     with complete_file(path) as part:
@@ -154,7 +165,7 @@ def _document(
     predicted: dict[str, Prediction],
     carried: dict[str, CarriedOver],
 ) -> LearnDocument:
-    scenario = planned.scenario
+    scenario, diverged = planned.scenario, learning.laps < planned.request.laps
     laps = _laps(learning)
     every = max(1, -(-planned.lap.ticks // _POINTS))
     axes = {
@@ -178,8 +189,11 @@ def _document(
         law=scenario.variants[planned.variant].controller.compensation.law,
         lap=planned.lap.ticks * CONTROL_PERIOD,
         laps=learning.laps,
-        diverged=learning.laps < planned.request.laps,
-        summary=[_sentence(axis, each, planned.request.motors) for axis, each in axes.items()],
+        diverged=diverged,
+        summary=[
+            _sentence(axis, each, planned.request.motors, diverged=diverged)
+            for axis, each in axes.items()
+        ],
         time=rounded(CONTROL_PERIOD * np.arange(0.0, planned.lap.ticks, every)),
         axes=axes,
         changes=learning.changes(),
@@ -198,7 +212,7 @@ def _encoder(learning: AxisLearning) -> EncoderError | None:
     )
 
 
-def _sentence(axis: str, learnt: LearnAxis, motors: int) -> str:
+def _sentence(axis: str, learnt: LearnAxis, motors: int, *, diverged: bool) -> str:
     """Return what became of an axis, and what was predicted."""
     rho, laps = learnt.prediction, learnt.laps
     fate = "converges" if rho.worst < 1.0 else "diverges"
@@ -212,8 +226,8 @@ def _sentence(axis: str, learnt: LearnAxis, motors: int) -> str:
             if (rho.worst < 1.0)
             else f"; {100 * rho.converging:.3g} % of {motors} drawn motors converge"
         )
-    if not laps:
-        return f"{text}."
+    if diverged:
+        return f"{text}. The motor diverged in lap {len(laps) + 1}."
     best = min(range(len(laps)), key=lambda lap: laps[lap].peak)
     if learnt.carried_over is not None:
         before = learnt.carried_over

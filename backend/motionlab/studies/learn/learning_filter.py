@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from motionlab.config.controller import AxisModelConfig, NotchConfig
 from motionlab.config.plant import AmplifierConfig, AxisConfig, PlantConfig, ResonanceConfig
 from motionlab.config.scenario import Scenario
+from motionlab.effects import EFFECTS
 from motionlab.loop.linearise import linearise
 from motionlab.timing import CONTROL_PERIOD
 
@@ -76,6 +77,19 @@ def _as_known(axis: AxisConfig, model: AxisModelConfig) -> AxisConfig:
     )
 
 
+def _with_guide(scenario: Scenario, axis: str) -> Scenario:
+    """Return a scenario whose axis has the friction of its guide in place of effects of friction.
+
+    No loop is linearised with effects, and without any friction nothing would hold a mover at rest.
+    """
+    own = getattr(scenario.plant, axis)
+    if own.friction.enabled or not any(EFFECTS[each.effect].friction for each in own.effects):
+        return scenario
+    guided = own.model_copy(update={"friction": own.friction.model_copy(update={"enabled": True})})
+    plant = scenario.plant.model_copy(update={axis: guided})
+    return scenario.model_copy(update={"plant": plant})
+
+
 def lap_frequencies(ticks: int) -> Array:
     """Return the multiples of one over a lap of some control periods, Hz, up to half the rate."""
     return np.asarray(np.fft.rfftfreq(ticks, CONTROL_PERIOD), dtype=np.float64)
@@ -96,7 +110,7 @@ def to_error(
         Hz.
     """
     v_s = getattr(scenario.plant, axis).friction.v_s
-    loop = linearise(scenario, variant, axis, v=speed * v_s)
+    loop = linearise(_with_guide(scenario, axis), variant, axis, v=speed * v_s)
     delay = scenario.variants[variant].controller.delay > 0
     return loop.to_error(np.maximum(frequency, _LOWEST), delay=delay)
 

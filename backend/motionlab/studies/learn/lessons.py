@@ -21,14 +21,15 @@ LAPS = 16
 """Of a motion that is learnt first."""
 SIMULATED_LAPS = 10
 """Of the motor of the controller's model, in which what was taught becomes a force."""
-_MEAN_LAPS = 4
+MEAN_LAPS = 4
+"""Over which the force that a motion needs is averaged, after it was learnt."""
 
 
 def taught_by(learnings: Sequence[Learning]) -> dict[str, Taught]:
     """Return what motions that were learnt by one controller teach, by axis."""
     lessons: dict[str, list[Lesson]] = {}
     for learning in learnings:
-        force = learning.needed(_MEAN_LAPS)
+        force = learning.needed(MEAN_LAPS)
         for axis in learning.axes:
             lesson = Lesson(_course(learning, axis), force[:, AXES.index(axis)])
             lessons.setdefault(axis, []).append(lesson)

@@ -21,13 +21,15 @@ from motionlab.studies.learn.learning_filter import (
     thinned,
     to_error,
 )
-from motionlab.studies.learn.lessons import LAPS
+from motionlab.studies.learn.lessons import LAPS, MEAN_LAPS, SIMULATED_LAPS
 from motionlab.studies.study import Source
 from motionlab.timing import CONTROL_PERIOD
 
 Array = NDArray[np.float64]
 
 _FREQUENCIES = 160
+_LESSONS_MOST = 100.0
+"""Laps of other motions that are fitted at once, s."""
 
 
 @dataclass(frozen=True)
@@ -63,8 +65,16 @@ class LearnPlan:
     @property
     def seconds(self) -> float:
         """Simulated time, s."""
-        own = (self.lap.first + self.request.laps * self.lap.ticks) * CONTROL_PERIOD
-        return own + sum(each.seconds for each in self.after)
+        laps = self.request.laps + 1
+        if self.after:
+            laps += SIMULATED_LAPS + 3
+        own = (self.lap.first + laps * self.lap.ticks) * CONTROL_PERIOD
+        return own + sum(each.seconds + MEAN_LAPS * each.lap_seconds for each in self.after)
+
+    @property
+    def lap_seconds(self) -> float:
+        """Duration of a lap, s."""
+        return self.lap.ticks * CONTROL_PERIOD
 
     @property
     def scenario(self) -> Scenario:
@@ -99,6 +109,10 @@ def plan(request: LearnRequest, source: Source | None = None) -> LearnPlan:
         for axis, bandwidth in bandwidths.items()
     }
     after = tuple(_lesson(request, source, motion, k) for k, motion in enumerate(request.after))
+    if (seconds := sum(each.lap_seconds for each in after)) > _LESSONS_MOST:
+        allowed = f"<= {_LESSONS_MOST:g}"
+        message = "laps are too long to be fitted together"
+        raise ConfigError(FieldError("after", message, seconds, allowed, "s"))
     planned = LearnPlan(request, prepared, variant, lap, filters, bandwidths, after)
     if not request.anyway:
         _refuse_divergence(planned)

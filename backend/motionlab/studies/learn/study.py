@@ -106,6 +106,10 @@ class LearnStudy(Study):
         bandwidth = {"bandwidth": parse_assignments(options.bandwidth, "--bandwidth")}
         return super().request_of(options, changes) | bandwidth | set_options(options, *names)
 
+    def has_failed(self, result: Learnt) -> bool:
+        """Return whether the motor diverged."""
+        return result.document.diverged
+
     def document(self, result: Learnt) -> LearnDocument:
         """Return the document of what was learnt."""
         return result.document

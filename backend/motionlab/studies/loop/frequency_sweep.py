@@ -146,6 +146,7 @@ def _moving(scenario: Scenario, variant: str, axis: str, v: float, ticks: int) -
     document = scenario.model_dump(mode="json")
     document["variants"] = {variant: document["variants"][variant]}
     changes = {
+        "learnt": None,
         "trajectory": {
             "kind": "ramp",
             "start": start,

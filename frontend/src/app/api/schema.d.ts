@@ -8476,7 +8476,7 @@ export interface components {
             x?: number | null;
             /**
              * learning bandwidth y
-             * @description On y; left out: as on x
+             * @description On y; left out: by the rule for x, of its own notch
              * @example 150
              */
             y?: number | null;
