@@ -166,6 +166,17 @@ def test_what_cannot_be_simulated_again() -> None:
 # -- live sessions --------------------------------------------------------------------------------
 
 
+def test_a_run_kept_beside_laws_that_are_not_here() -> None:
+    kept = keep()
+    assert kept.scenario_document is not None
+    compensation = kept.scenario_document["variants"]["B"]["controller"]["compensation"]
+    compensation["root_gain"] = 10.0  # of a law that it does not use
+    assert replayed(kept).identical
+    compensation["law"] = "mine"
+    with pytest.raises(NotReplayable, match="has the law mine, whose file is not here: --laws"):
+        again(kept)
+
+
 def test_a_session_with_all_that_can_happen(client: httpx.Client) -> None:
     schedule = [
         {"time": 0.4, "set": {"plant.y.mass": 9.0}},

@@ -5,7 +5,8 @@ from __future__ import annotations
 import hashlib
 import itertools
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from copy import deepcopy
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
 from motionlab import __version__
+from motionlab.config.controller import CompensationConfig
 from motionlab.config.load import epochs, load_scenario
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
@@ -20,6 +22,7 @@ from motionlab.errors import ConfigError, NotReplayable
 from motionlab.executors.code import processor
 from motionlab.kernel.force_maps import check_maps, maps_of
 from motionlab.lanes import model_hash
+from motionlab.laws import LAWS
 from motionlab.library.new_run import own_laws_of
 from motionlab.library.run import Event, RunDetail
 from motionlab.simulation.change import changed
@@ -96,8 +99,9 @@ def again(run: RunDetail) -> Again:
         raise NotReplayable(f"{run.id} has no scenario: there is nothing to simulate again")
     if run.kind == "drive":
         raise NotReplayable(f"{run.id} was measured on drives: they do not repeat it bit for bit")
+    tables = _without_other_laws(run.id, run.scenario_document)
     try:
-        prepared = prepare(load_scenario(run.scenario_document), checked=True)
+        prepared = prepare(load_scenario(tables), checked=True)
         for _, scenario in prepared.epochs:
             check_maps(scenario)
     except ConfigError as error:
@@ -107,6 +111,26 @@ def again(run: RunDetail) -> Again:
     rows = min(run.ticks, ROWS)
     size = _COPIES * len(run.columns) * rows * np.dtype(np.float32).itemsize
     return Again(run, prepared, size + prepared.motion_size)
+
+
+def _without_other_laws(run: str, document: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a scenario without parameters of laws that are not here, where it does not use them.
+
+    Raises
+    ------
+    NotReplayable
+        If it uses one that is not here.
+    """
+    tables = deepcopy(dict(document))
+    for variant in tables.get("variants", {}).values():
+        compensation = variant.get("controller", {}).get("compensation", {})
+        if (law := compensation.get("law", "off")) not in LAWS:
+            raise NotReplayable(
+                f"{run} has the law {law}, whose file is not here: --laws names its folder"
+            )
+        for name in [name for name in compensation if name not in CompensationConfig.model_fields]:
+            del compensation[name]
+    return tables
 
 
 def replay(
