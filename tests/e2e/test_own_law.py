@@ -46,6 +46,7 @@ def rms(page: Page) -> float:
 
 @pytest.mark.usefixtures("fresh")
 def test_a_saved_law_runs_at_once_and_one_that_cannot_is_refused(page: Page, file: Path) -> None:
+    saved(file, FORCE)  # as it was, for a second try
     source = page.get_by_role("button", name="Source of the law of B")
     sheet = page.get_by_role("dialog", name="mine, mine.py")
     text = sheet.get_by_role("region", name="Text of mine.py")

@@ -78,10 +78,15 @@ class OwnLaws:
             text = FILES[name].text()
             if problems := self._standby.try_version(name, path, text).problems:
                 return problems[0]
-            renew_law(name, text)
         except DeclarationError as error:
             return error.error
-        accept(name, text)
+        former = SOURCES[name]
+        accept(name, text)  # before whoever sees the new text asks for what it computes
+        try:
+            renew_law(name, text)
+        except DeclarationError as error:
+            accept(name, former)
+            return error.error
         return None
 
     def _say(self, name: str, reason: str) -> None:
