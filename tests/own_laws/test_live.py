@@ -113,6 +113,23 @@ def test_a_new_version_is_live_in_sessions_and_in_what_ifs_and_so_is_the_former(
     assert lab.error() == whole
 
 
+def test_no_exact_what_if_and_no_margins_of_the_former_version_are_kept(lab: Lab) -> None:
+    """Feedback in the law: its text decides both, and nothing else of the question does."""
+    exact = {"scenario": "circle", "set": LAW, "columns": ["B.x.following_error"], "exact": True}
+
+    def answers() -> tuple[bytes, Any]:
+        curves = lab.client.post(f"{API}/whatif", json=exact).raise_for_status().content
+        loop = lab.client.post(f"{API}/loop", json={"scenario": "circle", "set": LAW}).json()
+        return curves, loop["variants"]["B"]
+
+    whole, *_ = [answers() for _ in range(4)]  # from every worker
+    lab.save(MINE.replace("seen.friction.F_c", "seen.friction.F_c + 2e4 * seen.error"))
+    for _ in range(4):
+        curves, loop = answers()
+        assert curves != whole[0]
+        assert loop != whole[1]
+
+
 def test_a_session_that_plays_has_it_from_a_tick_on(lab: Lab) -> None:
     played = lab.client.post(f"{API}/sessions", json={"scenario": "circle"}).headers["location"]
     lab.client.patch(f"{played}/parameters", json={"set": LAW}).raise_for_status()

@@ -14,6 +14,7 @@ from motionlab.config.quantity import si
 from motionlab.config.scenario import Scenario
 from motionlab.kernel.force_maps import map_digests
 from motionlab.lanes.bank import TABLES
+from motionlab.laws import SOURCES
 from motionlab.loop.family import Figures, GainLimits, LoopFamily, LoopKey, family_of
 from motionlab.loop.linearise import SLIDING, NoLinearisation, linearise, parameters
 from motionlab.loop.margins import margins
@@ -110,7 +111,8 @@ def _left_out(scenario: Scenario) -> str | None:
 @TABLES.lease()
 def _axis(scenario: Scenario, variant: str, axis: str) -> LoopOfAxis:
     """Return the loop of one axis; a slider moves one loop, and the others are kept."""
-    numbers = parameters(scenario, variant, axis), map_digests([(0, scenario)])
+    versions = (*map_digests([(0, scenario)]), *SOURCES.values())
+    numbers = parameters(scenario, variant, axis), versions
     return _loop_of_axis(LoopKey(numbers, scenario, variant, axis))
 
 

@@ -16,6 +16,7 @@ from motionlab.kernel.force_maps import map_digests
 from motionlab.kernel.layout import Parameters
 from motionlab.lanes import cached
 from motionlab.lanes.bank import TABLES
+from motionlab.laws import SOURCES
 from motionlab.loop.lane_loops import UNIT, Loops, close_loops, empty_loops, stability
 from motionlab.loop.lane_margins import sample_responses, short_systems, worst_margins
 from motionlab.loop.linearise import (
@@ -249,7 +250,8 @@ def family_of(scenario: Scenario, variant: str, axis: str) -> LoopFamily:
     """
     par = parameters(scenario, variant, axis)
     without = par._replace(controller=par.controller._replace(k_p=0.0, k_d=0.0))
-    return _family(LoopKey((without, map_digests([(0, scenario)])), scenario, variant, axis))
+    versions = (*map_digests([(0, scenario)]), *SOURCES.values())
+    return _family(LoopKey((without, versions), scenario, variant, axis))
 
 
 def with_gains(scenario: Scenario, variant: str, axis: str, k_p: float, k_d: float) -> Scenario:

@@ -32,7 +32,7 @@ from motionlab.kernel.layout import (
 from motionlab.kernel.tick import control_once
 from motionlab.lanes import WIDTH, cached
 from motionlab.lanes.bank import TABLES
-from motionlab.laws import LAWS, OWN, Law
+from motionlab.laws import LAWS, OWN, SOURCES, Law
 from motionlab.loop import lane_plant
 from motionlab.loop.lane_controller import (
     COMMAND_STATES,
@@ -166,12 +166,12 @@ def is_stable(scenario: Scenario, variant: str, axis: str, *, v: float) -> bool:
     ConfigError
         As `linearise`.
     """
-    maps = map_digests([(0, scenario)])
-    return _stable(parameters(scenario, variant, axis), v, (variant, axis, *maps))
+    versions = (*map_digests([(0, scenario)]), *SOURCES.values())
+    return _stable(parameters(scenario, variant, axis), v, (variant, axis, *versions))
 
 
 @functools.lru_cache(maxsize=64)
-def _stable(par: Parameters, v: float, _maps: tuple[str, ...]) -> bool:
+def _stable(par: Parameters, v: float, _versions: tuple[str, ...]) -> bool:
     return _loop(par, v).stable
 
 

@@ -16,6 +16,7 @@ from motionlab.config.planar import AXES
 from motionlab.config.quantity import Whole
 from motionlab.errors import ConfigError, FieldError
 from motionlab.kernel.force_maps import map_digests
+from motionlab.laws import SOURCES
 from motionlab.server.http.openapi_input import examples
 from motionlab.server.http.problems import responses
 from motionlab.server.http.strict_json import JsonRoute
@@ -193,7 +194,8 @@ def _answer(call: Call, body: WhatIfRequest, bounds: Settings) -> bytes:
     call.hold(_COPIES * curves)
     key, run = (), None
     if body.exact:
-        key = (prepared.scenario.model_dump_json(), map_digests(prepared.epochs))
+        versions = (*map_digests(prepared.epochs), *SOURCES.values())
+        key = (prepared.scenario.model_dump_json(), versions)
         run = _LAST.get(key, body.columns)
     if run is None:
         extent = Extent(body.exact, bounds.direct_work_max, (start, stop))
