@@ -16,7 +16,7 @@ from motionlab.kernel.force_maps import pole_pitch
 from motionlab.lanes.bank import TABLES
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.run import run
-from motionlab.studies.learn.carry_over import Course, Lesson, taught
+from motionlab.studies.learn.carry_over import Course, Lesson, fit_lessons
 from motionlab.studies.learn.documents import LearnRequest
 from motionlab.studies.learn.laps import Learning
 from motionlab.studies.learn.learn import learn, learning_of, save
@@ -226,12 +226,18 @@ def test_a_fit_finds_the_friction_that_made_the_force() -> None:
     true = known._replace(F_s=0.8 * known.F_s, v_s=0.7 * known.v_s, sigma_0=1.2 * known.sigma_0)
     force = 1.03 * model.mass * course.acceleration + 1.1 * true.sigma_2 * course.velocity
     force = force + course.friction(true) + 0.2 * np.sin(2.0 * np.pi * course.position / tau)
-    found = taught([Lesson(course, force)], model, tau)
+    found = fit_lessons([Lesson(course, force)], model, tau)
     assert found.explained > 0.999
     for name in ("F_s", "v_s", "sigma_0"):
         assert getattr(found.friction, name) == pytest.approx(getattr(true, name), rel=0.05)
     beyond = found.beyond_model(course)
     assert np.abs(beyond - (force - course.modelled(model))).max() < 0.1
+
+
+def test_a_motor_that_diverges_while_it_learns_another_motion_is_said() -> None:
+    far = {"bandwidth": {"x": 900.0, "y": 900.0}, "gain": 2.0, "anyway": True}
+    with pytest.raises(MotionLabError, match=r"diverged in lap \d+ of rhombus"):
+        learn(planned(laps=2, after=("rhombus",), **far), lambda *_: None)
 
 
 def test_a_motion_to_learn_first_is_refused_by_its_number() -> None:

@@ -95,7 +95,7 @@ class Lesson:
 
 
 @dataclass(frozen=True)
-class Taught:
+class LessonFit:
     """What lessons teach of an axis.
 
     Attributes
@@ -125,7 +125,7 @@ class Taught:
         return course.smooth(fitted - course.modelled(self.model))
 
 
-def taught(lessons: Sequence[Lesson], model: AxisModelConfig, tau: float) -> Taught:
+def fit_lessons(lessons: Sequence[Lesson], model: AxisModelConfig, tau: float) -> LessonFit:
     """Return what lessons teach of one axis.
 
     Parameters
@@ -187,7 +187,7 @@ def taught(lessons: Sequence[Lesson], model: AxisModelConfig, tau: float) -> Tau
             for each, scale in zip(lessons, scales, strict=True)
         ]
     )
-    return Taught(
+    return LessonFit(
         model=model,
         tau=tau,
         friction=friction(best.x),

@@ -31,7 +31,7 @@ from motionlab.studies.learn.documents import (
 )
 from motionlab.studies.learn.encoder_error import EncoderErrorFit
 from motionlab.studies.learn.laps import AxisLearning, Learning
-from motionlab.studies.learn.lessons import carry_over, taught_by
+from motionlab.studies.learn.lessons import carry_over, lesson_fits
 from motionlab.studies.learn.plan import LearnPlan
 from motionlab.studies.learn.predictions import SHARE, predictions, rounded
 from motionlab.studies.study import Progress
@@ -63,26 +63,30 @@ def learn(planned: LearnPlan, progress: Progress) -> Learnt:
 
 
 def carried_over(planned: LearnPlan, learning: Learning) -> dict[str, CarriedOver]:
-    """Learn other motions first, carry over what they teach, and return it."""
+    """Learn other motions first, carry over what they teach, and return it.
+
+    Raises
+    ------
+    MotionLabError
+        If the motor diverges in one of them, or in the first lap without what they teach.
+    """
     without = learning_of(planned)
     without.approach(lap=True)
-    for _ in without.run(1):
-        pass
+    _run_whole(without, 1, "the motion itself")
     learnings = []
-    for each in planned.after:
+    for motion, each in zip(planned.request.after, planned.after, strict=True):
         first = learning_of(each)
-        for _ in first.run(each.request.laps):
-            pass
+        _run_whole(first, each.request.laps, name_of(motion))
         learnings.append(first)
     for axis, own in learning.axes.items():
         known = [each.axes[axis].known for each in learnings if axis in each.axes]
         own.known = known[0] if known else own.known
-    lessons = taught_by(learnings)
+    fits = lesson_fits(learnings)
 
     def begin(prepared: Prepared) -> Learning:
         return learning_of(replace(planned, prepared=prepared), encoder=False)
 
-    carry_over(learning, lessons, begin)
+    carry_over(learning, fits, begin)
     return {
         axis: CarriedOver(
             motions=[
@@ -90,12 +94,21 @@ def carried_over(planned: LearnPlan, learning: Learning) -> dict[str, CarriedOve
                 for motion, each in zip(planned.request.after, learnings, strict=True)
                 if axis in each.axes
             ],
-            explained=lessons[axis].explained,
+            explained=fits[axis].explained,
             peak=without.axes[axis].laps[0].peak,
         )
         for axis in learning.axes
-        if axis in lessons
+        if axis in fits
     }
+
+
+def _run_whole(learning: Learning, laps: int, motion: str) -> None:
+    """Run laps that something is learnt from for another motion."""
+    for _ in learning.run(laps):
+        pass
+    if learning.laps < laps:
+        lap = learning.laps + 1
+        raise MotionLabError(f"the motor diverged in lap {lap} of {motion}: nothing to carry over")
 
 
 def name_of(motion: str | dict[str, Any]) -> str:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from motionlab.config.planar import AXES
 from motionlab.kernel.force_maps import pole_pitch
 from motionlab.simulation.prepare import Prepared
-from motionlab.studies.learn.carry_over import Course, Lesson, Taught, taught
+from motionlab.studies.learn.carry_over import Course, Lesson, LessonFit, fit_lessons
 from motionlab.studies.learn.laps import Learning
 from motionlab.studies.learn.learning_filter import modelled
 
@@ -25,7 +25,7 @@ MEAN_LAPS = 4
 """Over which the force that a motion needs is averaged, after it was learnt."""
 
 
-def taught_by(learnings: Sequence[Learning]) -> dict[str, Taught]:
+def lesson_fits(learnings: Sequence[Learning]) -> dict[str, LessonFit]:
     """Return what motions that were learnt by one controller teach, by axis."""
     lessons: dict[str, list[Lesson]] = {}
     for learning in learnings:
@@ -36,21 +36,21 @@ def taught_by(learnings: Sequence[Learning]) -> dict[str, Taught]:
     first = learnings[0]
     model = first.prepared.scenario.variants[first.variant].controller.model
     return {
-        axis: taught(each, getattr(model, axis), pole_pitch(getattr(model, axis).force_map))
+        axis: fit_lessons(each, getattr(model, axis), pole_pitch(getattr(model, axis).force_map))
         for axis, each in lessons.items()
     }
 
 
 def carry_over(
-    learning: Learning, known: dict[str, Taught], begin: Callable[[Prepared], Learning]
+    learning: Learning, fits: dict[str, LessonFit], begin: Callable[[Prepared], Learning]
 ) -> None:
-    """Give learning, before its first lap, the force of a motor with what is known.
+    """Give learning, before its first lap, the force of a motor with what lessons teach.
 
     Parameters
     ----------
     learning : Learning
         Whose axes get a force, where there is something known of them.
-    known : dict of str to Taught
+    fits : dict of str to LessonFit
         By axis.
     begin : callable
         Returns learning of the same motion, of another scenario, that knows nothing.
@@ -59,7 +59,7 @@ def carry_over(
     simulated = begin(replace(learning.prepared, scenario=scenario, epochs=((0, scenario),)))
     load = {
         axis: each.beyond_model(_course(learning, axis))
-        for axis, each in known.items()
+        for axis, each in fits.items()
         if axis in learning.axes
     }
     simulated.load(load)
