@@ -13,6 +13,8 @@ UV := .venv/bin/uv
 # compiles a module when it is first used; most of those that are installed never are.
 PIP_INSTALL := $(PY) -m pip install --quiet --disable-pip-version-check --no-input --no-compile \
 	--timeout 60 --retries 10
+# So it has to keep what it compiles, whatever the machine says: a start takes 5 s longer without.
+unexport PYTHONDONTWRITEBYTECODE
 # uv takes a tenth of pip's time, but knows nothing of a mirror that pip is told of in its own files.
 locked = $(UV) pip install --quiet --python $(PY) --require-hashes $(1) 2>/dev/null || \
 	$(PIP_INSTALL) --require-hashes $(1)

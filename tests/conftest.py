@@ -41,7 +41,7 @@ def _nothing_of_the_user(tmp_path_factory: pytest.TempPathFactory) -> Iterator[N
         for name in [name for name in os.environ if name.lower().endswith("_proxy")]:
             patch.delenv(name)
         # What a test reads of stderr must not depend on what was compiled before.
-        patch.setattr(progress, "_notes_shown", {progress._COMPILING})
+        patch.setattr(progress, "_notes_shown", {progress.COMPILING})
         yield
 
 

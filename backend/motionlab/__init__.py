@@ -23,6 +23,8 @@ if TYPE_CHECKING:
         kept_runs,
         montecarlo,
         run,
+        sensitivity,
+        study,
         sweep,
         tune,
     )
@@ -57,6 +59,8 @@ __all__ = [
     "linearise",
     "montecarlo",
     "run",
+    "sensitivity",
+    "study",
     "sweep",
     "trajectory",
     "tune",

@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+import ast
+import functools
+import inspect
+import io
 import keyword
 import math
+import operator
 import pkgutil
 import re
+import textwrap
+import tokenize
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from importlib import import_module
@@ -75,6 +82,19 @@ class Parameter:
     source: str = OURS
 
 
+def allows(parameter: Parameter, value: Any) -> bool:
+    """Return whether a parameter can have a value; None where its owner then decides."""
+    each = parameter
+    if each.choices:
+        return value in each.choices
+    if value is None:
+        return each.default is None
+    ends = (each.ge, operator.ge), (each.gt, operator.gt), (each.le, operator.le)
+    return _is_number(value) and all(
+        end is None or within(value, end) for end, within in (*ends, (each.lt, operator.lt))
+    )
+
+
 def declared_in(package: str, path: Iterable[str], variable: str) -> list[Any]:
     """Return what the modules of a package declare in a variable, in the order of their names.
 
@@ -127,6 +147,35 @@ def parameters_of(owners: Iterable[Any], taken: frozenset[str]) -> dict[str, Par
                 message = f"{each.name} is declared otherwise by another"
                 raise DeclarationError(FieldError(owner.name, message))
     return shared
+
+
+_FOR_TOOLS = "# noqa", "# type:", "# pyright:"
+
+
+def comments_by_line(text: str, first: int) -> dict[int, str]:
+    """Return the comments of a text by line, where `first` is the number of its first one."""
+    tokens = tokenize.generate_tokens(io.StringIO(text).readline)
+    return {
+        token.start[0] + first - 1: token.string.lstrip("#").strip()
+        for token in tokens
+        if token.type == tokenize.COMMENT and not token.string.startswith(_FOR_TOOLS)
+    }
+
+
+@functools.cache
+def field_comments(record: Any) -> dict[str, str]:
+    """Return the comments beside the fields of a NamedTuple class, such as unit and meaning."""
+    if hasattr(record, "comments"):
+        return record.comments
+    lines, _ = inspect.getsourcelines(getattr(record, "_like", record))
+    comments = comments_by_line(textwrap.dedent("".join(lines)), 1)
+    definition = ast.parse(textwrap.dedent("".join(lines))).body[0]
+    assert isinstance(definition, ast.ClassDef)
+    return {
+        line.target.id: comments.get(line.lineno, "")
+        for line in definition.body
+        if isinstance(line, ast.AnnAssign) and isinstance(line.target, ast.Name)
+    }
 
 
 # -- checks ---------------------------------------------------------------------------------------
@@ -231,6 +280,17 @@ def _is_number(value: Any) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
 
 
+def _wrong_resets(owner: Any) -> Iterator[_Wrong]:
+    """Yield what cannot be among the fields of a law's state that a new version resets."""
+    loc, names, fields = f"{owner.name}.resets", owner.resets, owner.State._fields
+    if not isinstance(names, tuple):
+        yield loc, 'is no tuple of names, such as ("w",)', names
+        return
+    for name in names:
+        if name not in fields:
+            yield loc, "names no field of its State", name, ", ".join(fields) or "none: no State"
+
+
 def _wrong_records(owner: Any) -> Iterator[_Wrong]:
     """Yield what cannot be in a law's records of lanes."""
     for kind in ("Parameters", "State"):
@@ -240,6 +300,8 @@ def _wrong_records(owner: Any) -> Iterator[_Wrong]:
         ):
             yield f"{owner.name}.{kind}", "is no NamedTuple class", record
             return
+    if hasattr(owner, "resets"):
+        yield from _wrong_resets(owner)
     if not callable(owner.step):
         yield f"{owner.name}.step", "is no function", owner.step
     if owner.lane is not None:

@@ -183,8 +183,11 @@ def check_target(path: str, *suffixes: str, loc: str = "--out") -> None:
             raise ConfigError(FieldError(loc, "is there already and is no regular file", path))
     except OSError as error:
         raise ConfigError(FieldError(loc, f"cannot be: {error.strerror}", path)) from None
-    if not os.access(folder, os.W_OK):
-        raise ConfigError(FieldError(loc, "cannot be written", path))
+    try:  # permissions alone do not tell: a file system may be read-only, or take no files
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise ConfigError(FieldError(loc, f"cannot be written: {error.strerror}", path)) from None
 
 
 def remove_leftovers(root: Path) -> None:

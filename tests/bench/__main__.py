@@ -29,11 +29,13 @@ from tests.bench.learning import learning
 from tests.bench.machine import AVX2_ENVIRONMENT, description, load
 from tests.bench.maps import maps
 from tests.bench.measured import measured
+from tests.bench.minute import minute
 from tests.bench.module import module
 from tests.bench.page import page
 from tests.bench.paths import dragging
 from tests.bench.plates import plates
 from tests.bench.plots import plots
+from tests.bench.response import response
 from tests.bench.runs import runs
 from tests.bench.runs_index import runs_index
 from tests.bench.scene import scene
@@ -61,6 +63,8 @@ _KERNEL: dict[str, Callable[[str], Iterator[Row]]] = {
     "laws": lambda _: laws(),
     "elsewhere": lambda _: elsewhere(),
     "learning": lambda _: learning(),
+    "response": lambda _: response(),
+    "minute": lambda _: minute(),
     "instrument": lambda _: instrument(),
     "trajectories": lambda _: trajectories(),
     "cluster": lambda _: on_cluster(),

@@ -74,10 +74,13 @@ def test_a_kept_run(here: Path, kept: str) -> None:
 def test_bad_input(
     here: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], why: str
 ) -> None:
-    before = sorted(here.iterdir())
+    def files() -> list[Path]:
+        return sorted(path for path in here.iterdir() if path.name != "data")
+
+    before = files()
     assert main(["export", *arguments]) == 2
     assert why in capsys.readouterr().err
-    assert [path for path in sorted(here.iterdir()) if path.name != "data"] == before
+    assert files() == before
 
 
 def test_a_full_disk_leaves_nothing_half_written(

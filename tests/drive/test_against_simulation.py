@@ -15,6 +15,7 @@ from motionlab.config.planar import AXES
 from motionlab.drive.motion import held_parameters, on_drives
 from motionlab.library.motors import Motors
 from motionlab.simulation.prepare import prepare
+from motionlab.telemetry.channels import CHANNELS
 from motionlab.telemetry.recording import Recording, VariantRecord
 from tests.drive.link.lockstep import Lockstep
 from tests.studies.identify.measured_runs import SLOW_AND_FAST, kept_of_drives
@@ -58,7 +59,7 @@ def measured() -> str:
     motion = (reference.position, reference.velocity, reference.acceleration)
     drives.follow(np.stack(motion, axis=1))
     drives.cycle(reference.ticks)
-    samples = drives.shared.samples[: reference.ticks].transpose(1, 2, 0)
+    samples = drives.shared.samples[: reference.ticks, : len(CHANNELS)].transpose(1, 2, 0)
     shared = np.stack([column.T for column in (*motion, prepared.load)])
     recording = Recording(shared, {"A": VariantRecord(samples.copy())})
     return kept_of_drives(recording, scenario, "sines A on Virtual drive")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import re
 import sys
 import tempfile
 import time
@@ -14,7 +15,7 @@ from urllib.parse import urlencode
 from playwright.sync_api import Browser, expect, sync_playwright
 
 from motionlab.drive.virtual.process import VirtualDrive
-from tests.e2e.actions import API, LONG, link_file, region, state
+from tests.e2e.actions import API, LONG, link_file, region, set_field, state
 from tests.e2e.conftest import CHROMIUM, FLAGS, ROOT, SOFTWARE_GL, Server
 
 DOCS = ROOT / "docs"
@@ -147,7 +148,7 @@ def _identify(browser: Browser, server: Server) -> None:
 
 
 def _tune(browser: Browser, server: Server) -> None:
-    """Search gains, map the cost, sweep the loop and compare."""
+    """Search gains, map the cost, measure the loop and compare."""
     page = browser.new_page(viewport={"width": 1440, "height": 900}, color_scheme="light")
     page.goto(f"{server.url}/?screen=tune")
     state(page, "paused")
@@ -155,7 +156,7 @@ def _tune(browser: Browser, server: Server) -> None:
         page.get_by_role("button", name=name, exact=True).click()
     page.get_by_role("progressbar").first.wait_for()
     expect(page.get_by_role("progressbar")).to_have_count(0, timeout=300_000)
-    page.get_by_role("button", name="Sweep", exact=True).click()
+    page.get_by_role("button", name="Measure", exact=True).click()
     page.get_by_role("button", name="Compare", exact=True).click()
     page.wait_for_timeout(8000)
     page.screenshot(path=DOCS / "tune.png")
@@ -163,16 +164,25 @@ def _tune(browser: Browser, server: Server) -> None:
 
 
 def _sweep(browser: Browser, server: Server) -> None:
-    """Sweep both gains of B on x."""
+    """Search both gains of B on x, for error against margin."""
     page = browser.new_page(viewport={"width": 1440, "height": 900}, color_scheme="light")
     page.goto(f"{server.url}/?screen=sweep")
     state(page, "paused")
     page.get_by_role("button", name="Add a field").click()
-    for number in (1, 2):
-        page.get_by_label(f"Number of values of field {number}").fill("15")
+    page.get_by_label("values", exact=True).select_option(label="searched")
+    set_field(page, "samples", "64")
+    for number, metric in enumerate(("max |e|", "gain margin"), 1):
+        page.get_by_role("button", name="Add an objective").click()
+        page.get_by_role("button", name=re.compile(f"^Objective {number}")).click()
+        page.keyboard.type(f"B x {metric}")
         page.keyboard.press("Enter")
+    page.get_by_role("button", name="Add a limit").click()
     page.get_by_role("button", name="Run", exact=True).click()
     region(page, "Swept fields").get_by_text("took").wait_for(timeout=120_000)
+    page.get_by_role("slider").focus()
+    for key in ["ArrowRight"] * 2 + ["Shift+ArrowDown"] * 30 + ["Enter", "Escape"]:
+        page.keyboard.press(key)  # the end of the front with the least error
+    page.get_by_role("heading", name="Result").click()
     page.wait_for_timeout(1500)
     page.screenshot(path=DOCS / "sweep.png")
     page.close()

@@ -189,7 +189,7 @@ def test_a_range_that_is_the_wrong_way_round_is_told_by_name(
     expect(alert).to_contain_text("must lie below")
 
 
-def test_the_loop_is_drawn_with_a_sweep_and_told_in_figures(tune: Page, server: Server) -> None:
+def test_the_loop_is_drawn_as_it_is_measured_and_in_figures(tune: Page, server: Server) -> None:
     page = tune
     figures = region(page, "Loop figures")
     expect(figures).to_contain_text("crossover (39)", timeout=LONG)
@@ -203,18 +203,22 @@ def test_the_loop_is_drawn_with_a_sweep_and_told_in_figures(tune: Page, server: 
     predicted = 1e6 * answer.json()["sine"]["predicted"]
     expect(sine).to_contain_text(f"{predicted:.3g}", timeout=LONG)
     loop = region(page, "Loop over frequency")
-    button(page, "Sweep")
-    swept = re.compile("sweep( of (present|chosen))?, 20 mm/s")
-    expect(loop).to_contain_text(swept, timeout=SLOW)
+    button(page, "Measure")
+    measured = re.compile("measured( of (present|chosen))?, 43.2 mm/s")
+    expect(loop).to_contain_text(measured, timeout=SLOW)
+    margins = re.compile(
+        r"Measured in [\d.]+ s of sliding.* phase margin [\d.]+ \([\d.]+ to [\d.]+\) °"
+    )
+    expect(loop).to_contain_text(margins, timeout=SLOW)
     page.get_by_role("radio", name="S", exact=True).click()
     expect(loop).not_to_contain_text("Phase")
     # the numbers are there as a table too
     loop.get_by_role("button", name="Table").first.click()
     expect(loop.get_by_role("table").first).to_be_visible()
-    # a sweep is not drawn beside a loop that it is not of
+    # a measurement is not drawn beside a loop that it is not of
     page.get_by_label("gains of", exact=True).select_option("A")
-    expect(loop).to_contain_text("The last sweep was of axis x of controller B", timeout=LONG)
-    expect(loop).not_to_contain_text(swept)
+    expect(loop).to_contain_text("The last measurement was of axis x of controller B", timeout=LONG)
+    expect(loop).not_to_contain_text(measured)
 
 
 def test_nothing_serious_for_who_cannot_see_it_well(tune: Page) -> None:

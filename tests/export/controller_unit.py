@@ -24,16 +24,18 @@ def names(inputs: tuple[str, ...]) -> list[str]:
     return [f"{axis}.{name}" for axis in "xy" for name in inputs]
 
 
-def current_error(path: Path, changes: dict[str, Any], seconds: float) -> float:
+def current_error(
+    path: Path, changes: dict[str, Any], seconds: float, inputs: tuple[str, ...] = INPUTS
+) -> float:
     """Return the largest difference of the unit's currents from those of a simulation, A."""
     scenario = load_scenario("circle", changes)
     export_controller_fmu(scenario, "B", path)
     rows = simulated_vectors(prepare(scenario), "B", seconds)
     unit, worst = Unit(path), 0.0
-    inputs = unit.references(names(INPUTS))
+    places, count = unit.references(names(inputs)), len(inputs)
     for row in rows:
-        unit.fmu.setFloat64(inputs, row[:, :4].ravel().tolist())
+        unit.fmu.setFloat64(places, row[:, :count].ravel().tolist())
         unit.step(CONTROL_PERIOD)
-        expected: NDArray[np.float64] = row[:, 4:7].ravel()
+        expected: NDArray[np.float64] = row[:, count : count + 3].ravel()
         worst = max(worst, float(np.abs(unit.get(CURRENTS) - expected).max()))
     return worst

@@ -8,10 +8,11 @@ from typing import Any, get_args
 
 import pytest
 
-from motionlab.config.controller import Law, SharingLaw
+from motionlab.config.controller import SharingLaw
 from motionlab.config.load import load_scenario
 from motionlab.config.planar import AXES
 from motionlab.export.export import export_controller
+from motionlab.laws import LAWS
 from tests.export.compilers import SOURCES, STRICT, built, call, compiler
 
 SECONDS = 0.2
@@ -88,10 +89,10 @@ def passes(folder: Path, changes: Mapping[str, Any]) -> str:
 
 
 @pytest.mark.parametrize("sharing", get_args(SharingLaw))
-@pytest.mark.parametrize("law", get_args(Law))
+@pytest.mark.parametrize("law", list(LAWS))
 def test_every_law_and_sharing_function(law: str, sharing: str, tmp_path: Path) -> None:
     """Both kinds of map by turns: each meets every law and every sharing function."""
-    turn = get_args(Law).index(law) + get_args(SharingLaw).index(sharing)
+    turn = list(LAWS).index(law) + get_args(SharingLaw).index(sharing)
     changes = {f"{CONTROLLER}.compensation.law": law, f"{CONTROLLER}.sharing.law": sharing}
     maps = TABLES if turn % 2 else FORMULA
     printed = passes(tmp_path, maps | changes)

@@ -2,6 +2,8 @@
 
 import importlib.util
 import itertools
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -60,6 +62,30 @@ def test_a_first_use_says_that_it_compiles(
             _hits(_loaded(tmp_path, monkeypatch))
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith("motionlab: compiling, once on this machine; `motionlab precompile`")
+
+
+@pytest.mark.parametrize(
+    ("module", "function", "said"),
+    [
+        ("loop.family", "_join", f"motionlab: {progress.COMPILING}\n"),
+        ("kernel.law_calls", "on_rows(module.SHIPPED['off'])", ""),
+    ],
+)
+def test_margins_alone_say_that_they_are_compiled_and_a_law_alone_does_not(
+    module: str, function: str, said: str
+) -> None:
+    """In a process that loads little else, as `motionlab loop` does."""
+    text = f"""
+from motionlab.executors.progress import first_use
+from motionlab.loop import family
+import motionlab.{module} as module
+from numba.core import event
+data = {{"dispatcher": module.{function}}}
+with first_use(), event.trigger_event("numba:compile", data=data):
+    pass
+"""
+    done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=True)
+    assert done.stderr == said
 
 
 @pytest.mark.parametrize("suffix", ["nbi", "nbc"])

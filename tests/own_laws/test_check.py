@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import json
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from motionlab.errors import ConfigError
+from motionlab.executors import progress
+from motionlab.own_laws import check
 from motionlab.own_laws.check import check_file
 from motionlab.own_laws.template import template, write_template
 from tests.paths import ROOT
@@ -28,6 +33,34 @@ def test_the_file_to_begin_with_has_fifteen_lines_and_can_be_taken(tmp_path: Pat
     assert len(path.read_text().splitlines()) == 15
     result = check_file(path)
     assert (result.name, result.problems) == ("my-law", ())
+    assert result.ns is not None and result.share is not None
+    assert 0.0 <= result.ns * 1e-9 == pytest.approx(result.share * 5e-4, abs=1e-10)
+
+
+def test_a_check_that_compiles_says_so_at_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The child of this test says that it compiles, and goes on once that has been passed on."""
+    monkeypatch.setattr(progress, "_notes_shown", set())
+    passed = tmp_path / "passed"
+    said = progress.compiling
+    monkeypatch.setattr(check, "compiling", lambda: (said(), passed.touch()))
+    child = f"""
+import pathlib, sys, time
+from motionlab.executors import progress
+with progress.first_use():
+    progress.compiling()
+while not pathlib.Path({str(passed)!r}).exists():
+    time.sleep(0.01)
+print("answer")
+print("trouble", file=sys.stderr)
+"""
+    with progress.first_use():
+        answer = check.answer_of([sys.executable, "-c", child], os.environ, 60.0)
+    assert answer == (b"answer\n", "trouble")
+    assert capsys.readouterr().err == f"motionlab: {progress.COMPILING}\n"
+    with pytest.raises(subprocess.TimeoutExpired):
+        check.answer_of(["sleep", "60"], os.environ, 0.2)
 
 
 @pytest.mark.parametrize("name", ["", "Mine", "1st", "a_b", "x" * 41, "../mine", "mine\n"])
@@ -61,6 +94,17 @@ def test_a_file_that_is_there_stays(tmp_path: Path) -> None:
             "    while",
             "while: a loop",
         ),
+        (
+            MINE.replace(STEP, f"    for _ in range(10**12):\n        pass\n{STEP}"),
+            "    for",
+            "a loop of 1000000000000 turns",
+        ),
+        (
+            MINE.replace(STEP, f"    for i in range(10**12):\n        pass\n{STEP}"),
+            "    for",
+            "line 11: loops turn more than 10000 times",
+        ),
+        (f"{MINE}EFFECT = LAW\n", "", "LAW: is declared beside EFFECT"),
         (MINE.replace("seen.friction", "seen.frictoin"), STEP, "frictoin"),
         (MINE.replace('"mine"', '"residual-k"'), "", "is the name of another law"),
         (MINE.replace('unit="1", ', ""), "", "mine_share.unit: is missing"),
@@ -69,8 +113,14 @@ def test_a_file_that_is_there_stays(tmp_path: Path) -> None:
         (
             MINE.replace("@compiled", f"{STATE}@compiled").replace("step=", "State=State, step="),
             "",
-            "has too many fields; got '9'; allowed at most 8",
+            "has too many fields; got 9; allowed at most 8",
         ),
+        (
+            MINE.replace("step=", 'resets=("w",), step='),
+            "",
+            "mine.resets: names no field of its State",
+        ),
+        (MINE.replace("step=", 'resets="w", step='), "", "mine.resets: is no tuple of names"),
         (MINE.replace(", state  #", "  #"), "", "returns no (Estimate, NoState)"),
         (MINE.replace("LAW =", "LAWS ="), "", "LAW: is not declared by this file"),
         (f"import os\nos._exit(0)\n{MINE}", "", "ends the process that runs it"),
@@ -96,8 +146,8 @@ def test_an_endless_loop_is_ended_and_its_line_named(tmp_path: Path, where: str)
     path = tmp_path / "mine.py"
     loop = "while True:\n    pass\n"
     path.write_text(MINE.replace("LAW =", f"{loop}LAW =") if where else loop + MINE)
-    (problem,) = check_file(path, seconds=4.0).problems
-    assert problem.message == "has not ended within 4 s: an endless loop"
+    (problem,) = check_file(path, seconds=12.0).problems
+    assert problem.message == "has not ended within 12 s: an endless loop"
     lines = [line_of(path.read_text(), "while"), line_of(path.read_text(), "    pass")]
     assert problem.place in {f"{path}:{line}" for line in lines}
 
@@ -108,7 +158,7 @@ def test_bytes_that_are_no_text_and_a_file_too_large_are_refused(tmp_path: Path)
     assert "cannot be read" in str(check_file(path).problems[0])
     path.write_text("#" * (2**20 + 1))
     (problem,) = check_file(path).problems
-    assert "is too large; got '1048577'; allowed at most 1048576 bytes" in str(problem)
+    assert "is too large; got 1048577; allowed at most 1048576 bytes" in str(problem)
 
 
 def test_an_answer_is_one_line_of_json(tmp_path: Path) -> None:

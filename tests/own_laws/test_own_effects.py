@@ -52,11 +52,18 @@ def test_the_file_to_begin_with_is_short_and_can_be_taken(tmp_path: Path) -> Non
         (
             CABLE.replace("@compiled", f"{STATE}@compiled").replace("step=", "State=State, step="),
             "",
-            "has too many fields; got '9'; allowed at most 8",
+            "has too many fields; got 9; allowed at most 8",
         ),
         (CABLE.replace(", state  #", "  #"), "", "returns no (Resistance, NoState)"),
         (CABLE.replace("EFFECT =", "EFFECTS ="), "", "LAW: is not declared by this file"),
         (CABLE.replace("stiffness", "effect"), "", "may not be called effect"),
+        (f"{CABLE}LAW = EFFECT\n", "", "LAW: is declared beside EFFECT"),
+        (CABLE.replace("damping=0.0", "damping=-2.0"), "", "got -2.0; allowed >= 0 N s/m"),
+        (
+            CABLE.replace("damping=0.0", "damping=seen.h / (0.0 * seen.h)"),
+            "",
+            "gives a damping at 0.0000 s of a circle, on x",
+        ),
     ],
     ids=lambda value: value[-24:] if isinstance(value, str) else "",
 )
@@ -102,6 +109,16 @@ def test_one_folder_has_laws_and_effects_and_a_run_keeps_their_text(
     again = command("replay", pulled["run"], **data)
     assert again.returncode == 1
     assert "other law of one's own: kept with mine" in again.stdout + again.stderr
+
+
+def test_a_law_with_the_name_of_an_effect_is_refused(tmp_path: Path) -> None:
+    """A run keeps the texts of both by their names."""
+    (tmp_path / "a_law.py").write_text(template("cable"))
+    (tmp_path / "z_effect.py").write_text(CABLE)
+    refused = command("laws", MOTIONLAB_LAWS=str(tmp_path)).stderr
+    assert "a_law.py: cable.name: is the name of an effect; choose another" in refused
+    done = command("run", "circle", "--laws", tmp_path, "--set", EFFECTS, "--set", SHORT)
+    assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.parametrize("name", ["run_in", "floor"])

@@ -43,7 +43,9 @@ def look_at_everything(ask: Ask) -> list[str]:
     def first(collection: str) -> str:
         if collection in NAMED:
             return NAMED[collection]
-        content = json.loads(got(collection))
+        content: Any = json.loads(got(collection))
+        if "laws" in content:
+            content = content["laws"]
         if "runs" in content:  # of those that are being recorded nothing can be read
             content = [run for run in content["runs"] if run["state"] == "complete"]
         entry = content[0]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 from pydantic import BaseModel, Field
 
@@ -106,6 +108,22 @@ def test_what_is_missing_has_its_reason_and_settings_are_options() -> None:
 def test_numbers_by_name_are_one_line() -> None:
     text = cells(Document(errors={"x": 2e-6, "y": None}))
     assert text[-1] == ["errors", "x", "2,", "y", "-", "um"]
+
+
+def test_records_beside_numbers_are_records() -> None:
+    class Open(BaseModel):
+        value: Any
+
+    text = document_text(
+        Open(
+            value={
+                "b": 1.0,
+                "a": {"c": [1, {"d": 3.0}]},
+                "p": Peak(error=1e-6, time=1.0, count=1, share=0.5),
+            }
+        )
+    )
+    assert "count" in text
 
 
 @pytest.mark.parametrize("value", [0.0, 1e-12, 123456.0, 1e12, float("inf")])

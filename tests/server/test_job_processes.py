@@ -26,8 +26,7 @@ from tests.server.conftest import MakeServer
 from tests.server.live import API, until
 from tests.server.servers import PATIENCE, Server
 
-LONG: dict[str, Any] = {"set": {"trajectory.laps": 300}}
-ASYNC = {"prefer": "respond-async"}
+SEARCH: dict[str, Any] = {"scenario": "circle", "evaluations": 2000, "starts": 8}
 
 
 @pytest.fixture
@@ -214,6 +213,12 @@ def test_a_job_that_waits_for_kernels_lets_others_pass(
     assert ended(server, waiting)["result"] == {"say": "compiled"}
 
 
+def recorded(data: Path, location: str) -> dict[str, Any]:
+    """Return the summary of a job in the folder of its server."""
+    (path,) = data.rglob(f"{location.rpartition('/')[2]}.jsonl")
+    return json.loads(path.read_text().splitlines()[0])
+
+
 @pytest.mark.parametrize("name", [signal.SIGKILL, signal.SIGTERM])
 def test_a_job_is_interrupted_by_the_end_of_its_server(
     make_server: MakeServer, data: Path, name: signal.Signals
@@ -221,9 +226,13 @@ def test_a_job_is_interrupted_by_the_end_of_its_server(
     served = Served(data)
     try:
         client = served.client
-        answer = client.post(f"{API}/simulate", json=LONG, headers=ASYNC)
+        answer = client.post(f"{API}/tune", json=SEARCH)
         location = answer.headers["location"]
         until(lambda: client.get(location).json()["progress"] > 0)
+        seen = client.get(location).json()["progress"]
+        if name is signal.SIGKILL:  # then nothing but the latest record stays
+            until(lambda: recorded(data, location)["progress"] > 0)
+            seen = recorded(data, location)["progress"]
         served.process.send_signal(name)
         served.process.wait(PATIENCE)
     finally:
@@ -233,6 +242,8 @@ def test_a_job_is_interrupted_by_the_end_of_its_server(
         report = client.get(location).json()
         for told in (listed, report, client.delete(location).json()):
             assert told["state"] == "interrupted"
+            assert told["progress"] >= seen > 0
+            assert (told["remaining"], told["waits_for"]) == (None, None)
             assert told["error"] == "the server ended before this job did; ask for it again"
             assert told["created"] == answer.json()["created"]
-            assert told["request"] == {"scenario": "circle", **LONG}
+            assert told["request"] == SEARCH

@@ -55,7 +55,7 @@ def create(live: Live) -> None:
     [
         ("motionlab.server.live.session", "changed", lambda live: live.change(MASS)),
         ("motionlab.server.live.session", "ready", lambda live: live.change(MASS)),
-        ("motionlab.server.live.session", "Simulation", lambda live: live.do("reset")),
+        ("motionlab.server.live.paced", "Simulation", lambda live: live.do("reset")),
         (
             "motionlab.server.live.session",
             "latest_metrics",

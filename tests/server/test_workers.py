@@ -19,6 +19,7 @@ from fastapi import HTTPException
 from motionlab.errors import ConfigError, Infeasible, StoreFull
 from motionlab.server.settings import Settings
 from motionlab.server.workers import pool
+from motionlab.server.workers.channel import Failure
 from motionlab.server.workers.pool import Workers
 from tests.processes import runs
 from tests.server import calls
@@ -91,6 +92,13 @@ def test_failures_come_with_all_that_they_say(server: Server) -> None:
     with pytest.raises(ZeroDivisionError) as unforeseen:
         run(server, calls.divide)
     assert "return 1 / 0" in unforeseen.value.__notes__[0]
+
+
+@pytest.mark.parametrize("error", [SystemExit(3), KeyboardInterrupt(), GeneratorExit()])
+def test_what_ends_a_process_ends_no_more_than_its_call(error: BaseException) -> None:
+    failed = Failure.of(error).error()
+    assert isinstance(failed, RuntimeError)
+    assert str(failed).startswith(type(error).__name__)
 
 
 def test_a_call_that_takes_too_long_is_given_up_and_its_process_replaced(

@@ -17,7 +17,7 @@ from motionlab.kernel import score
 from motionlab.kernel.build import lane_parameters
 from motionlab.kernel.layout import parameter_row
 from motionlab.simulation.batch import Batch, CaseTask, lanes_of, run_batch, run_prepared
-from motionlab.simulation.batch_runner import BatchRunner
+from motionlab.simulation.batch_runner import BatchRunner, Scores
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document
 from motionlab.simulation.run import run
@@ -101,6 +101,22 @@ def test_bits_do_not_depend_on_threads_or_neighbours(circle: Batch) -> None:
         np.testing.assert_array_equal(values, circle.metrics[name][:3])
 
 
+def test_what_no_case_changes_runs_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    movers: list[int] = []
+    score = BatchRunner.score
+
+    def counted(self: BatchRunner, lanes: np.ndarray[Any, Any], **options: Any) -> Scores:
+        movers.append(lanes.shape[1])
+        return score(self, lanes, **options)
+
+    monkeypatch.setattr(BatchRunner, "score", counted)
+    gains = [{"variants.B.controller.x.k_p": value} for value in (2e5, 3e5, 2e5)]
+    found = batch("circle", gains)
+    assert movers == [3]  # A, and B with either gain
+    for case, changes in enumerate(gains):
+        assert_same(found, case, alone("circle", SHORT | changes))
+
+
 def test_progress_rises_to_one_and_can_end_a_batch() -> None:
     shares: list[float] = []
     batch("circle", CASES[-17:], progress=shares.append)
@@ -164,11 +180,11 @@ def test_lanes_of_a_scenario_are_those_of_its_runs() -> None:
 
 
 def test_what_is_wrong_with_a_case_is_named() -> None:
-    with pytest.raises(ConfigError, match=r"case 1: plant\.x\.mass.*got -1"):
+    with pytest.raises(ConfigError, match=r"cases.1: plant\.x\.mass.*got -1"):
         batch("circle", [{}, {"plant.x.mass": -1.0}])
     with pytest.raises(ConfigError, match="needs at least one"):
         run_prepared([])
-    with pytest.raises(ConfigError, match=r"case 0: trajectory: is too long"):
+    with pytest.raises(ConfigError, match=r"cases.0: trajectory: is too long"):
         batch("circle", [{"trajectory.laps": 4000}])
     with pytest.raises(ConfigError, match="cannot add or remove a variant"):
         variants = load_scenario("circle").model_dump(mode="json")["variants"]

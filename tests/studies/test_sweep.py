@@ -19,7 +19,8 @@ from motionlab.simulation import batch as module
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.result import document
 from motionlab.simulation.run import run as run_alone
-from motionlab.studies.sweep.documents import SweepDocument, read_request
+from motionlab.studies.sweep.documents import SweepDocument
+from motionlab.studies.sweep.request import read_request
 from motionlab.studies.sweep.run import plan, run
 from tests.server.live import API, until
 
@@ -110,10 +111,14 @@ def test_cases_that_diverge_or_cannot_be_followed_are_named() -> None:
         ([{"path": GAIN, "start": -1e308, "stop": 1e308, "count": 3}], "too wide a range"),
         ([{"path": "seed", "start": 1, "stop": 2, "count": 3}], "whole numbers, and the range"),
         ([{"path": GAIN, "values": [1.0, None]}], "values.1: must be a number, a name or true or"),
-        ([{"path": GAIN, "values": [1.0, -5.0, 2.0]}], "0: variants.B.controller.x.k_p"),
+        ([{"path": GAIN, "values": [1.0, -5.0, 2.0]}], f"grid.0.values.1: {GAIN}: is out of range"),
         ([{"path": f"plant.{a}.mass", "start": 1, "stop": 2, "count": 101} for a in "xy"], "10201"),
         ([{"path": "plant.x.mas", "values": [1.0]}], "did you mean 'mass'"),
-        ([{"path": GAIN, "values": [-5.0]}], "0: variants.B.controller.x.k_p"),
+        ([{"path": GAIN, "values": [-5.0]}], f"grid.0.values.0: {GAIN}: is out of range"),
+        (
+            [{"path": GAIN, "start": 1.0, "stop": -5.0, "count": 2}],
+            f"grid.0.stop: {GAIN}: is out of",
+        ),
         ([{"path": "variants", "values": ["A"]}], "grid.0"),
         ([{"path": GAIN, "values": [float("nan")]}], "grid.0"),
     ],
@@ -145,14 +150,17 @@ def test_a_range_of_whole_numbers_gives_them_to_a_field_that_takes_nothing_else(
 def test_a_refusal_names_the_case_and_its_values() -> None:
     late = {"path": "window.end", "values": [5.0, 8.0]}
     whole = {"path": "window.start", "values": [1.0, 9.0]}
-    with pytest.raises(ConfigError, match=r"case 1: window: .*, with window.start = 9.0, window.e"):
+    said = r"grid: case 1: window: .*, with window.start = 9.0, window.e"
+    with pytest.raises(ConfigError, match=said):
         plan(read_request({"grid": [whole, late], "combine": "list"}))
     window = {"window": {"start": 1.0, "end": 3.0}}
     late = {"path": "window.end", "values": [5.0, 800.0]}
-    with pytest.raises(ConfigError, match=r"case 1: window.end: lies after.*window.end = 800"):
+    with pytest.raises(ConfigError, match=r"cases.1: window.end: lies after.*window.end = 800"):
         run(plan(read_request({"set": window, "grid": [late]})))
     laps = {"path": "trajectory.laps", "values": [2, 1000]}
-    said = r"case 1: trajectory: is too long for a batch, with trajectory.laps = 1000; got .* s"
+    said = (
+        r"grid.0.values.1: case 1: trajectory: is too long.*, with trajectory.laps = 1000; got .* s"
+    )
     with pytest.raises(ConfigError, match=said):
         plan(read_request({"grid": [laps]}))
 
@@ -220,3 +228,54 @@ def test_a_job_gives_what_the_command_prints(client: httpx.Client) -> None:
     refused = client.post(f"{API}/sweep", json={"grid": [many]})
     assert refused.status_code == 422
     assert refused.json()["errors"][0]["range"] == "<= 100000"
+
+
+@pytest.mark.parametrize(
+    ("request_", "loc", "field"),
+    [
+        ({"grid": [{"path": GAIN, "values": [1.0, -5.0]}]}, "grid.0.values.1", GAIN),
+        (
+            {"grid": [{"path": "plant.x.mass", "start": 5, "stop": -1, "count": 3}]},
+            "grid.0.stop",
+            "plant.x.mass",
+        ),
+        (
+            {
+                "grid": [
+                    {"path": "seed", "values": [1, 2]},
+                    {"path": "trajectory.laps", "values": [2, 1000]},
+                ],
+                "combine": "list",
+            },
+            "grid.1.values.1",
+            "case 1: trajectory",
+        ),
+        (
+            {
+                "grid": [
+                    {"path": "window.start", "values": [1.0, 9.0]},
+                    {"path": "window.end", "values": [5.0, 8.0]},
+                ],
+                "combine": "list",
+            },
+            "grid",
+            "case 1: window",
+        ),
+        (
+            {
+                "grid": [{"path": "trajectory.laps", "start": 2, "stop": 2000}],
+                "combine": "random",
+                "samples": 4,
+            },
+            "grid.0",
+            "case 0: trajectory",
+        ),
+    ],
+)
+def test_a_refused_case_is_a_place_in_the_request(
+    client: httpx.Client, request_: dict[str, Any], loc: str, field: str
+) -> None:
+    answer = client.post(f"{API}/sweep", json=request_)
+    assert answer.status_code == 422
+    error = answer.json()["errors"][0]
+    assert (error["loc"], error["message"].rpartition(": ")[0]) == (loc, field)

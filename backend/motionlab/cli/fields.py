@@ -77,8 +77,8 @@ def add(commands: Any) -> None:
     parser = commands.add_parser(
         "laws",
         help="list the laws of friction compensation and their parameters",
-        description="List the laws of friction compensation, with the parameters of each below "
-        "variants.B.controller.compensation, their unit and range.",
+        description="List the laws of friction compensation, with what each costs in a control "
+        "period, and its parameters below variants.B.controller.compensation, with unit and range.",
     )
     add_json(parser)
     parser.set_defaults(command=_laws)
@@ -195,7 +195,8 @@ def _text(value: Any) -> str:
 def _laws(options: argparse.Namespace) -> int:
     from motionlab.config.controller import CompensationConfig
     from motionlab.config.fields import values_of
-    from motionlab.laws import LAWS, PROBLEMS
+    from motionlab.laws import LAWS, PROBLEMS, base_of
+    from motionlab.own_laws.cost import cost_of
     from motionlab.reports.tables import table
 
     of = {each.path: each for each in values_of(CompensationConfig())}
@@ -205,9 +206,11 @@ def _laws(options: argparse.Namespace) -> int:
             "title": law.label,
             "description": law.description,
             "source": law.source,
+            "cost": cost_of(law.name).model_dump(),
             "parameters": [of[each.name]._asdict() for each in law.parameters],
         }
         for law in LAWS.values()
+        if law.name == base_of(law.name)  # nothing is saved meanwhile
     ]
     for problem in PROBLEMS:
         print(f"motionlab: not taken: {problem}", file=sys.stderr)
@@ -216,7 +219,8 @@ def _laws(options: argparse.Namespace) -> int:
         return DONE
     rows = []
     for law in laws:
-        rows.append((law["name"], "", "", "", law["description"]))
+        cost = f"{law['cost']['ns']:.2g}", f"{100.0 * law['cost']['share']:.2g} % of a tick"
+        rows.append((law["name"], cost[0], "ns", cost[1], law["description"]))
         for each in law["parameters"]:
             cells = (_text(each["value"]), each["unit"], each["range"], each["description"])
             rows.append((f"  {each['path']}", *cells))
@@ -238,6 +242,14 @@ def _new_law(options: argparse.Namespace) -> int:
     return DONE
 
 
+def _cost(ns: float | None, share: float | None) -> str:
+    if ns is None or share is None:
+        return ""
+    if ns == 0.0:
+        return "; what it costs in a control period is too little to be measured"
+    return f"; it costs {ns:.2g} ns in a control period, {100.0 * share:.2g} % of it"
+
+
 def _check_law(options: argparse.Namespace) -> int:
     from motionlab.own_laws.check import check_file
 
@@ -250,5 +262,5 @@ def _check_law(options: argparse.Namespace) -> int:
         for problem in result.problems:
             print(problem)
     else:
-        print(f"{result.name}: can be taken")
+        print(f"{result.name}: can be taken{_cost(result.ns, result.share)}")
     return FAILED if result.problems else DONE

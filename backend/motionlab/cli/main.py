@@ -22,6 +22,7 @@ from motionlab.errors import (
     FAILED,
     INTERRUPTED,
     ConfigError,
+    FieldError,
     Infeasible,
     MotionLabError,
     naming_extras,
@@ -90,9 +91,9 @@ def _carry_out(arguments: Sequence[str] | None) -> int:
         return _complain("stdout is closed: there is nowhere to print a result", FAILED)
     words = sys.argv[1:] if arguments is None else list(arguments)
     started = time.perf_counter()
-    _take_laws(words)
     try:
         try:
+            _take_folders(words)
             parsed = words if words not in ([], ["help"]) else ["--help"]
             options = _parser(parsed).parse_args(parsed)
             command = str(shown(shlex.join(["motionlab", *parsed])))
@@ -120,17 +121,20 @@ def _carry_out(arguments: Sequence[str] | None) -> int:
         return DONE if left else _complain(str(error), FAILED)
 
 
-def _take_laws(words: Sequence[str]) -> None:
-    """Name the folder of ``--laws`` in the environment, before anything that reads laws."""
-    parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
-    parser.add_argument("--laws", action="append", default=[])
-    with contextlib.suppress(argparse.ArgumentError):  # the command's own parser refuses it
-        folders = parser.parse_known_args(words)[0].laws
-        if folders:
-            before = filter(None, [os.environ.get("MOTIONLAB_LAWS")])
-            os.environ["MOTIONLAB_LAWS"] = os.pathsep.join(
-                [*map(os.path.abspath, folders), *before]
-            )
+def _take_folders(words: Sequence[str]) -> None:
+    """Name folders of ``--laws`` and ``--studies`` in the environment, before they are read."""
+    for option, variable in (("laws", "MOTIONLAB_LAWS"), ("studies", "MOTIONLAB_STUDIES")):
+        parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
+        parser.add_argument(f"--{option}", dest="folders", action="append", default=[])
+        with contextlib.suppress(argparse.ArgumentError):  # the command's own parser refuses it
+            folders = parser.parse_known_args(words)[0].folders
+            for folder in folders:
+                if not os.path.exists(folder):
+                    message = "no such folder or file"
+                    raise ConfigError(FieldError(f"--{option}", message, folder))
+            if folders:
+                before = filter(None, [os.environ.get(variable)])
+                os.environ[variable] = os.pathsep.join([*map(os.path.abspath, folders), *before])
 
 
 def _complain(message: str, code: int) -> int:
@@ -155,9 +159,15 @@ def _parser(words: Sequence[str] = ()) -> argparse.ArgumentParser:
     )
     parser.add_argument("-V", "--version", action="version", version=f"motionlab {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for module in _modules(words):
+    modules = _modules(words)
+    for module in modules:
         place = module if "." in module else f"cli.{module}"
         importlib.import_module(f"motionlab.{place}").add(commands)
+    if "study" in modules:
+        importlib.import_module("motionlab.cli.study").add_own(commands)
+    if {"study", "view"} & {*modules}:
+        for problem in importlib.import_module("motionlab.own_studies").PROBLEMS:
+            say(f"not taken: {problem}")
     return parser
 
 

@@ -17,6 +17,7 @@ _NEGATIVE = re.compile(r"-\.?\d|-inf|-nan", re.IGNORECASE)
 _MISSING = "the following arguments are required: "
 _QUIET = "print results and errors alone: no progress, no notes"
 _LAWS = "folder, or file, of laws and effects of one's own (MOTIONLAB_LAWS); docs/own-law.md"
+_STUDIES = "folder, or file, of studies and views of one's own (MOTIONLAB_STUDIES)"
 _VERBOSE = "say how long it took, and where in the program an error arose"
 _MEANT = {
     "convert": "export",
@@ -76,6 +77,7 @@ class Parser(argparse.ArgumentParser):
         )
         # Taken by `cli.main` before a command is imported.
         self.add_argument("--laws", metavar="FOLDER", default=argparse.SUPPRESS, help=_LAWS)
+        self.add_argument("--studies", metavar="FOLDER", default=argparse.SUPPRESS, help=_STUDIES)
 
     def parse_known_args(  # pyright: ignore[reportIncompatibleMethodOverride]
         self, args: Sequence[str] | None = None, namespace: Any = None
@@ -97,12 +99,13 @@ class Parser(argparse.ArgumentParser):
         if match := _CHOICE.fullmatch(message):
             name, value, choices = match.groups()
             known = [word.strip().strip("'") for word in choices.split(",")]
-            hint = did_you_mean(value, known)
+            other = _MEANT.get(value, "")
+            hint = did_you_mean(other if other in known else value, known)
             if not hint:
                 meant = [word for word, command in _MEANT.items() if command in known]
                 hint = did_you_mean(value, meant)
-                for other, command in _MEANT.items():
-                    hint = hint.replace(f"{other!r}", f"{command!r}")
+                for word, command in _MEANT.items():
+                    hint = hint.replace(f"{word!r}", f"{command!r}")
             allowed = "" if name == "COMMAND" else f"one of {', '.join(known)}"
             error = FieldError(name, f"no such {name}{hint}", value, allowed)
             message = str(error).removeprefix(f"{name}: ")

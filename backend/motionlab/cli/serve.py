@@ -12,7 +12,17 @@ from motionlab.studies.options import add_scheduler
 
 _PORT_MAX = 65_535
 _LEVELS = ("debug", "info", "warning", "error", "critical")
-_OPTIONS = ("host", "port", "hosts", "token_file", "drive", "scheduler", "data", "log_level")
+_OPTIONS = (
+    "host",
+    "port",
+    "hosts",
+    "token_file",
+    "edit_laws",
+    "drive",
+    "scheduler",
+    "data",
+    "log_level",
+)
 
 
 def add(commands: Any) -> None:
@@ -37,6 +47,13 @@ def add(commands: Any) -> None:
     )
     parser.add_argument("--open", action="store_true", help="open the page in the browser")
     parser.add_argument("--token-file", metavar="FILE", help="what clients must present")
+    parser.add_argument(
+        "--edit-laws",
+        action="store_const",
+        const=True,
+        help="let the page change files of --laws, which is code that runs here: on loopback only, "
+        "and with a token; docs/own-law.md",
+    )
     parser.add_argument(
         "--data", metavar="FOLDER", help="runs, trajectories, jobs and force maps (MOTIONLAB_DATA)"
     )
@@ -87,6 +104,10 @@ def _serve(options: argparse.Namespace) -> int:
 
     for problem in accept_files(loaded.settings.laws or ""):  # before anything that imports laws
         print(f"motionlab: law not taken: {problem}", file=sys.stderr)
+    from motionlab.studies.own_check import accept_studies
+
+    for problem in accept_studies(loaded.settings.studies or ""):
+        print(f"motionlab: study or view not taken: {problem}", file=sys.stderr)
     from motionlab.server.serve import serve
 
     serve(loaded, opens=options.open)

@@ -4,20 +4,39 @@ from __future__ import annotations
 
 import argparse
 import functools
+from collections.abc import Iterable
 from typing import Any
 
 from motionlab.cli.output import add_overwrite, check_output, show, wrote
 from motionlab.errors import DONE, FAILED
 from motionlab.executors.executor import executing
 from motionlab.executors.progress import share_done
+from motionlab.own_studies import note, wrong
 from motionlab.studies.options import add_json, add_scenario, add_scheduler, add_set, source
+from motionlab.studies.own import FILES
 from motionlab.studies.study import Study
-from motionlab.studies.table import STUDIES
+from motionlab.studies.table import OWN, SHIPPED
 
 
 def add(commands: Any) -> None:
     """Add a command for each study that has one."""
-    for study in STUDIES:
+    _add(commands, SHIPPED)
+
+
+def add_own(commands: Any) -> None:
+    """Add the commands of studies of one's own, whose names none of the others has.
+
+    Those of the others are all known by now.
+    """
+    for study in OWN:
+        if study.kind in commands.choices:
+            file, loc = FILES[study.kind], "STUDY.kind"
+            note(wrong(file, loc, "is the name of a command; choose another", study.kind), file)
+    _add(commands, [study for study in OWN if study.kind not in commands.choices])
+
+
+def _add(commands: Any, studies: Iterable[Study]) -> None:
+    for study in studies:
         if study.command is None:
             continue
         parser = commands.add_parser(

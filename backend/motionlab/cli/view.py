@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from motionlab.analysis.views.table import BY_NAME, VIEWS
 from motionlab.cli.output import names_run, show
 from motionlab.errors import DONE, ConfigError, FieldError
-from motionlab.studies.options import add_json, add_set, source
+from motionlab.studies.options import add_fields, add_json, add_set, source
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -57,27 +57,12 @@ def add(commands: Any) -> None:
 
 def _add_options(parser: Parser) -> None:
     """Add the options of views that have some; those of one name are one option."""
-    from motionlab.config.fields import fields_of
-
     known: set[str] = set()
     for view in VIEWS:
         if view.options is None:
             continue
         group = parser.add_argument_group(f"options of the view {view.name}")
-        for name, field in fields_of(view.options).items():
-            if name in known:
-                continue
-            known.add(name)
-            default = "" if field.default is None else f", default {field.default}"
-            text = f"{field.description}{default}".replace("%", "%%")
-            if field.choices:
-                choices = [choice.value for choice in field.choices]
-                group.add_argument(f"--{name}", choices=choices, help=text)
-            elif field.whole:
-                group.add_argument(f"--{name}", metavar="N", type=int, help=text)
-            else:
-                metavar = field.unit.upper() or "X"
-                group.add_argument(f"--{name}", metavar=metavar, type=float, help=text)
+        add_fields(group, view.options, known)
 
 
 def _view(options: argparse.Namespace) -> int:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, create_model, field_validator
+from pydantic.fields import FieldInfo
+from pydantic_core import CoreSchema, core_schema
 
 from motionlab.config.force_map import AnyForceMapConfig
 from motionlab.config.plant import FrictionConfig
@@ -13,15 +15,14 @@ from motionlab.config.quantity import Config, Text, choices, declared_field, qua
 from motionlab.declarations import OURS, PAPER
 from motionlab.force_sharing.functions import FUNCTIONS
 from motionlab.force_sharing.functions import PARAMETERS as SHARING_PARAMETERS
-from motionlab.laws import LAWS, PARAMETERS, Parameter
+from motionlab.laws import LAWS, PARAMETERS, REDECLARED, Parameter
 from motionlab.laws.law import Refusal
 
 if TYPE_CHECKING:
-    Law = SharingLaw = str
+    SharingLaw = str
 else:
-    Law = Literal[tuple(LAWS)]
     SharingLaw = Literal[tuple(FUNCTIONS)]
-"""Names of laws of friction compensation, `motionlab.laws`, and of force-sharing functions."""
+"""Names of force-sharing functions."""
 
 
 class NotchConfig(Config):
@@ -157,16 +158,10 @@ def _fields(parameters: Mapping[str, Parameter], owners: Mapping[str, Any]) -> d
     }
 
 
-class _AnyLaw(Config):
-    """What every law of friction compensation has."""
+class CompensationConfig(Config):
+    """Friction compensation; each law uses the parameters that it declares: `motionlab.laws`."""
 
-    law: Law = Field(
-        default="off",
-        description="How the friction estimate is corrected",
-        json_schema_extra=choices(
-            *((each.name, each.label, each.description) for each in LAWS.values())
-        ),
-    )
+    law: str = "off"
     enabled: bool = Field(
         title="compensation",
         default=True,
@@ -183,20 +178,61 @@ class _AnyLaw(Config):
         return law
 
     def values(self) -> dict[str, Any]:
-        """Return the parameters of all laws, by name."""
-        return {name: getattr(self, name) for name in PARAMETERS}
+        """Return the parameters of all laws, by name; the default of one that has come since."""
+        there = vars(self)
+        return {name: there.get(name, each.default) for name, each in [*PARAMETERS.items()]}
 
 
-_Declared: Any = create_model(
-    "_Declared",
-    __base__=_AnyLaw,
-    __doc__="Parameters of all laws.",
-    **_fields(PARAMETERS, LAWS),
-)
+_VALIDATOR: list[Any] = []
+"""The one of the present declarations: not that of the class, which a rebuild takes away first."""
+_NO_LAW = CompensationConfig()
+"""The default of a controller."""
 
 
-class CompensationConfig(_Declared):
-    """Friction compensation; each law uses the parameters that it declares: `motionlab.laws`."""
+def _redeclare() -> None:
+    """Give configs the names of the present laws and the parameters that those declare.
+
+    The model is rebuilt in place: models that have it validate through `_AsDeclared`.
+    """
+    law = Field(
+        default="off",
+        description="How the friction estimate is corrected",
+        json_schema_extra=choices(
+            *((each.name, each.label, each.description) for each in LAWS.values())
+        ),
+    )
+    declared: dict[str, Any] = {"law": (Literal[tuple(LAWS)], law)} | _fields(PARAMETERS, LAWS)
+    fields: Any = CompensationConfig.__pydantic_fields__
+    for name in fields.keys() - {"law", "enabled"} - declared.keys():
+        del fields[name]
+    for name, (annotation, field) in declared.items():
+        fields[name] = FieldInfo.from_annotated_attribute(annotation, field)
+    CompensationConfig.model_rebuild(force=True)
+    _VALIDATOR[:] = [CompensationConfig.__pydantic_validator__]
+    vars(_NO_LAW).update(vars(CompensationConfig()))
+
+
+_redeclare()
+REDECLARED.append(_redeclare)
+
+
+class _AsDeclared:
+    """Has a field validated as the laws are declared then, not when its model was built."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> CoreSchema:
+        def validated(value: Any, _: Any) -> Any:
+            return _VALIDATOR[0].validate_python(value)
+
+        return core_schema.no_info_wrap_validator_function(
+            validated, handler(source), serialization=core_schema.simple_ser_schema("any")
+        )
+
+    def __get_pydantic_json_schema__(self, _: Any, handler: Any) -> Any:
+        model = CompensationConfig
+        ref = f"{model.__module__}.{model.__qualname__}:{id(model)}"  # or it has no name there
+        named: Any = {**model.__pydantic_core_schema__, "ref": ref}
+        there = core_schema.definition_reference_schema(ref)
+        return handler(core_schema.definitions_schema(there, [named]))
 
 
 class DisturbanceObserverConfig(Config):
@@ -257,7 +293,7 @@ class ControllerConfig(Config):
     description: Text = Field(default="", description="What this controller is for")
     x: GainsConfig
     y: GainsConfig
-    compensation: CompensationConfig = CompensationConfig()
+    compensation: Annotated[CompensationConfig, _AsDeclared()] = _NO_LAW
     feedforward: bool = Field(default=False, description="Add mass times reference acceleration")
     disturbance_observer: DisturbanceObserverConfig = DisturbanceObserverConfig()
     learnt: bool = Field(
@@ -297,7 +333,7 @@ class ControllerConfig(Config):
 
         `changes` are values of parameters in place of those of the config, by name.
         """
-        law, values = LAWS[self.compensation.law], self.compensation.values() | (changes or {})
+        law, values = LAWS[self.compensation.law], {**self.compensation.values(), **(changes or {})}
         refusals = [
             (axis, refusal)
             for axis, model in (("x", self.model.x), ("y", self.model.y))

@@ -19,6 +19,7 @@ from motionlab.config.scenario import Scenario
 from motionlab.config.toml_lines import add_places
 from motionlab.config.trajectory import TrajectoryConfig
 from motionlab.config.validation_errors import field_errors
+from motionlab.declarations import Parameter, allows
 from motionlab.errors import ConfigError, FieldError
 from motionlab.laws import PARAMETERS
 from motionlab.timing import CONTROL_PERIOD, to_ticks
@@ -112,6 +113,34 @@ def validate(document: Mapping[str, Any]) -> Scenario:
         raise ConfigError(*errors)
     epochs(scenario)
     return scenario
+
+
+def redeclared(scenario: Scenario, former: Mapping[str, Parameter]) -> Scenario:
+    """Return a scenario of other declarations of laws as one of the present ones.
+
+    A new parameter has its default; so has one whose former default is no longer allowed, where it
+    had that. Other values stay.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        As it was validated when laws declared other parameters.
+    former : mapping of str to Parameter
+        Those by name.
+
+    Raises
+    ------
+    ConfigError
+        Naming every value that is no longer allowed.
+    """
+    document = scenario.model_dump(mode="json")
+    for variant in document["variants"].values():
+        values = variant["controller"]["compensation"]
+        for name in former.keys() & PARAMETERS.keys() & values.keys():
+            untouched = values[name] == former[name].default
+            if untouched and not allows(PARAMETERS[name], values[name]):
+                del values[name]
+    return validate(document)
 
 
 def _errors_of_events(document: Mapping[str, Any], known: Sequence[FieldError]) -> list[FieldError]:

@@ -151,7 +151,8 @@ class DriveMotion:
             velocity=_APPROACH * np.array([plant.x.velocity_max, plant.y.velocity_max]),
             acceleration=_APPROACH * np.array([plant.x.acceleration_max, plant.y.acceleration_max]),
         )
-        position, velocity, acceleration, _ = self.timeline.at(0, self.prepared.reference.ticks)
+        reference = self.prepared.reference
+        position, velocity, acceleration, _ = self.timeline.at(0, reference.ticks)
         motion = np.stack((position, velocity, acceleration), axis=1)
         config = self._link.config
         deceleration = np.array([getattr(config, axis).deceleration for axis in AXES])
@@ -159,7 +160,8 @@ class DriveMotion:
         self._link.check_holding()  # before the gains of what moves now are replaced
         self._set = self._link.load(self._parameters).number
         self._schedule(self._later)
-        self._link.start(whole, len(approach), self._number, stops)
+        lap = (reference.ticks, reference.period or reference.ticks)
+        self._link.start(whole, len(approach), self._number, stops, lap=lap)
         self._begun = True
 
     def advance(self, samples: NDArray[np.float32]) -> int:
@@ -176,7 +178,7 @@ class DriveMotion:
             if self._later:
                 count = min(count, self._later[0][0] - self.tick)
             taken = self._link.samples(self.tick, self.tick + count)
-            samples[0, :count, :, : len(AXES)] = taken
+            samples[0, :count, :, : len(AXES)] = taken[:, : samples.shape[2]]
             self.tick += count
         return count
 

@@ -23,6 +23,7 @@ THREADS = "threads"
 _FORMS = "threads, processes, processes:N, tls://HOST:PORT or tcp://127.0.0.1:PORT"
 _POLL = 0.1  # s between reports of progress, in which the work may be cancelled
 _PARTS = 4  # tasks for each worker, so that all end at about the same time
+_SLICES = 64  # tasks of a pool, at least
 _PROCESSES_MOST = 4
 _FIRST = 64  # items of the first task of this process
 
@@ -145,8 +146,13 @@ class Pool(Executor):
         """Cancel unfinished tasks and drop the others."""
 
     def parts(self, count: int, most: int) -> list[slice]:
-        """Return some slices for each worker, of whole blocks of lanes."""
-        size = -(-count // (_PARTS * self.workers))
+        """Return some slices for each worker, of whole blocks of lanes.
+
+        They are the same for any number of workers up to 16, and up to each double of it: what is
+        kept of tasks serves a cluster of another size, too.
+        """
+        doubled = 1 << max(0, _PARTS * self.workers - 1).bit_length()
+        size = -(-count // max(_SLICES, doubled))
         return _slices(count, min(most, -(-size // 8) * 8))
 
     def map(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import math
 import os
 import sys
@@ -102,6 +103,7 @@ def first_use() -> Iterator[None]:
             _first_use.reset(before)
 
 
+@functools.cache
 def watch_compilation() -> None:
     """Have numba tell `compiling`; loading what was compiled before is none."""
     from numba.core import event
@@ -110,7 +112,7 @@ def watch_compilation() -> None:
         def on_start(self, event: Any) -> None:
             dispatcher = (event.data or {}).get("dispatcher")
             module = getattr(getattr(dispatcher, "py_func", None), "__module__", None) or ""
-            if module.startswith(_LONG_COMPILATION):
+            if module.startswith(_LONG_COMPILATION) and not module.startswith(_OF_ONE_LAW):
                 compiling()
 
         def on_end(self, event: Any) -> None:
@@ -122,19 +124,22 @@ def watch_compilation() -> None:
 def compiling() -> None:
     """Say, once in a process, that the first use compiles; does nothing outside `first_use`."""
     stack = _first_use.get()
-    if stack is None or not shows_progress() or _COMPILING in _notes_shown:
+    if stack is None or not shows_progress() or COMPILING in _notes_shown:
         return
-    _notes_shown.add(_COMPILING)
+    _notes_shown.add(COMPILING)
     notebook = _notebook()
     if notebook is None:
-        print(f"motionlab: {_COMPILING}", file=sys.stderr, flush=True)
+        print(f"motionlab: {COMPILING}", file=sys.stderr, flush=True)
     else:
-        stack.enter_context(_cell_line(notebook))(_COMPILING)
+        stack.enter_context(_cell_line(notebook))(COMPILING)
 
 
-_COMPILING = "compiling, once on this machine; `motionlab precompile` compiles everything"
-_LONG_COMPILATION = ("motionlab.kernel", "motionlab.trajectories.time_optimal")
+COMPILING = "compiling, once on this machine; `motionlab precompile` compiles everything"
+"""What a first use says."""
+_LONG_COMPILATION = ("motionlab.kernel", "motionlab.loop", "motionlab.trajectories.time_optimal")
 """Modules whose functions take long enough to be worth a word."""
+_OF_ONE_LAW = ("motionlab.kernel.law_calls", "motionlab.kernel.effect_calls")
+"""Modules that compile a law or an effect by itself, a second or two for each version of one."""
 _notes_shown: set[str] = set()
 _first_use: ContextVar[contextlib.ExitStack | None] = ContextVar("first_use", default=None)
 

@@ -9,8 +9,8 @@ from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
 from motionlab.export.controller_step import (
     AxisState,
-    Reference,
     Signals,
+    reference_of,
     step_of,
     with_law,
 )
@@ -80,17 +80,19 @@ def controller_code(scenario: Scenario, variant: str) -> ControllerCode:
     }
     sharing = FUNCTIONS[controller.sharing.law]
     recorder, step_axis = Recorder({phase_forces: forces_by(sharing)}), step_of(law)
+    reference = reference_of(law)
     steps = {
-        axis: recorder.record(step_axis, _arguments(par, state)) for axis, par in lanes.items()
+        axis: recorder.record(step_axis, _arguments(par, state, reference))
+        for axis, par in lanes.items()
     }
     program = Program(
         entries_by_axis(steps),
         states=(state, law.State, ControllerState, Command),
-        whole=(Reference,),
+        whole=(reference,),
         type_names={
             parameters: "psrm_axis_parameters",
             state: "psrm_axis_state",
-            Reference: "psrm_reference",
+            reference: "psrm_reference",
             Phases: "psrm_phases",
             Signals: "psrm_signals",
         },
@@ -135,7 +137,7 @@ def _with_tables(par: Parameters, tables: Tables) -> Parameters:
     return par._replace(force_model=_with_table(par.force_model, table, sharing))
 
 
-def _arguments(par: Parameters, state: Any) -> dict[str, Any]:
+def _arguments(par: Parameters, state: Any, reference: Any) -> dict[str, Any]:
     """Return what the step of an axis is recorded with."""
     model = par.force_model
     tabled = model.map.table.thrust >= 0.0 or model.sharing.law != CLOSED_FORM
@@ -149,7 +151,7 @@ def _arguments(par: Parameters, state: Any) -> dict[str, Any]:
     return {
         "par": fixed,
         "s": zeros(state),
-        "reference": zeros(Reference),
+        "reference": zeros(reference),
         "position": 0.0,
         "tables": BANK if tabled else None,
     }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Container, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 from motionlab.config.controller import CompensationConfig, ControllerConfig, GainsConfig
@@ -10,7 +11,7 @@ from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
 from motionlab.config.validation_errors import bounds_of, unit_of_field
 from motionlab.export.controller_code import ControllerCode
-from motionlab.export.controller_step import Reference, Signals
+from motionlab.export.controller_step import Reference, ReferenceAhead, Signals, reference_of
 from motionlab.export.export import controller_of_variant
 from motionlab.export.fmu import UnitExport, export_unit
 from motionlab.export.model_description import PHASES, Model, Variable
@@ -19,7 +20,7 @@ from motionlab.files import check_target
 from motionlab.kernel.build import lane
 from motionlab.kernel.law_calls import law_parameters
 from motionlab.lanes.bank import TABLES
-from motionlab.laws import PARAMETERS
+from motionlab.laws import LAWS, PARAMETERS
 from motionlab.simulation.prepare import prepare
 from motionlab.telemetry.channels import CHANNELS, REFERENCES, Channel
 from motionlab.timing import CONTROL_PERIOD
@@ -32,7 +33,20 @@ MODEL_IDENTIFIER = "psrm_controller"
 _CONTROLLER = ("psrm_controller.c.in", "psrm_controller.h.in", "psrm_parameters.c.in")
 _TABLES = "psrm_tables.h.in"
 _GAINS = ("k_p", "k_d")
-_INPUTS = {*(f"{name}_reference" for name in Reference._fields), "position_measured"}
+_AHEAD = (
+    *(
+        replace(each, name=f"{each.name}_{k}", meaning=f"{each.meaning}, {periods}")
+        for k, periods in ((1, "a period ahead"), (2, "two periods ahead"))
+        for each in REFERENCES[:3]
+    ),
+    Channel("phase", "1", "share of the lap that is done"),
+)
+"""Inputs of a law that looks ahead, in the order of `ReferenceAhead`."""
+_INPUTS = {
+    *(f"{name}_reference" for name in Reference._fields),
+    "position_measured",
+    *(each.name for each in _AHEAD),
+}
 _OTHERS = {"velocity", "current_next", "force_saturated", "current_saturated", "healthy"}
 """Signals that are no number, or that a channel of another name holds."""
 
@@ -90,7 +104,8 @@ def _variables(scenario: Scenario, variant: str, code: ControllerCode) -> Iterat
     controller = scenario.variants[variant].controller
     yield Variable("time", "time", "time", "s", "independent")
     for k, axis in enumerate(AXES):
-        for channel, member in _members(k):
+        law = LAWS[controller.compensation.law]
+        for channel, member in _members(k, looks_ahead=reference_of(law) is ReferenceAhead):
             known = channel.name in _INPUTS
             yield Variable(
                 f"{axis}.{channel.name}",
@@ -103,7 +118,7 @@ def _variables(scenario: Scenario, variant: str, code: ControllerCode) -> Iterat
         yield from _parameters(scenario, controller, k, code.law_parameters)
 
 
-def _members(k: int) -> Iterator[tuple[Channel, str]]:
+def _members(k: int, *, looks_ahead: bool) -> Iterator[tuple[Channel, str]]:
     """Yield the channels that the unit has of an axis, and their places in psrm_memory."""
     members = {
         **{f"{name}_reference": f"reference[{k}].{name}" for name in Reference._fields},
@@ -118,6 +133,10 @@ def _members(k: int) -> Iterator[tuple[Channel, str]]:
     for channel in (*REFERENCES, *CHANNELS):
         if channel.name in members:
             yield channel, members[channel.name]
+    if looks_ahead:
+        fields = ReferenceAhead._fields[len(Reference._fields) :]
+        for channel, name in zip(_AHEAD, fields, strict=True):
+            yield channel, f"reference[{k}].{name}"
 
 
 def _parameters(

@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 import functools
+import inspect
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from numpy.typing import NDArray
 
 from motionlab.kernel.layout import Command, ControllerState, Inputs, Parameters
-from motionlab.kernel.motion import seen
+from motionlab.kernel.motion import Ahead, seen
 from motionlab.kernel.tick import command, in_effect, observe_motion
 from motionlab.lanes import Lanes, Mask
 from motionlab.laws import Law
+from motionlab.laws.law import Seen
 from motionlab.plant.magnetics import Phases
+from motionlab.targets.c_program import Program
+from motionlab.targets.record import Recorder
+from motionlab.targets.record_arguments import zeros
+from motionlab.targets.record_source import plain
 
 
 class Reference(NamedTuple):
@@ -22,6 +28,21 @@ class Reference(NamedTuple):
     position: Lanes  # m
     velocity: Lanes  # m/s
     acceleration: Lanes  # m/s^2
+
+
+class ReferenceAhead(NamedTuple):
+    """Reference of one axis at the instant of sampling, and of the two periods after it."""
+
+    position: Lanes  # m
+    velocity: Lanes  # m/s
+    acceleration: Lanes  # m/s^2
+    position_1: Lanes  # a control period later, m
+    velocity_1: Lanes  # m/s
+    acceleration_1: Lanes  # m/s^2
+    position_2: Lanes  # two control periods later, m
+    velocity_2: Lanes  # m/s
+    acceleration_2: Lanes  # m/s^2
+    phase: Lanes  # share of the lap that is done, 0 to 1
 
 
 class Signals(NamedTuple):
@@ -64,14 +85,47 @@ def with_law(kind: Any, record: Any) -> Any:
     return type(kind.__name__, (kind,), body)
 
 
+@functools.cache
+def reference_of(law: Law) -> Any:
+    """Return what the step of an axis takes of the reference: more where its law looks ahead.
+
+    Raises
+    ------
+    RecordError
+        If the law cannot be written as C.
+    """
+    step: Any = plain(law.step)
+    kinds = (law.Parameters, law.State, Seen)
+    values = dict(zip(inspect.signature(step).parameters, map(zeros, kinds), strict=True))
+    program = Program({"step": Recorder().record(step, values)})
+    return Reference if set(Ahead._fields).isdisjoint(program.fields(Seen)) else ReferenceAhead
+
+
+def _ahead(reference: ReferenceAhead) -> Any:
+    return Ahead(
+        reference.position_1,
+        reference.velocity_1,
+        reference.acceleration_1,
+        reference.position_2,
+        reference.velocity_2,
+        reference.acceleration_2,
+        reference.phase,
+    )
+
+
+def _none_ahead(_: Reference) -> Any:
+    return Ahead(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
 def step_of(law: Law) -> Callable[..., tuple[Any, Phases, Signals]]:
-    """Return the step of an axis that has a law."""
+    """Return the step of an axis that has a law; its reference is a `reference_of` the law."""
     step_law, axis_state = law.step, with_law(AxisState, law.State)
+    ahead_of = _ahead if reference_of(law) is ReferenceAhead else _none_ahead
 
     def step_axis(
         par: Parameters,
         s: Any,
-        reference: Reference,
+        reference: Any,
         position: Lanes,
         tables: NDArray | None,
     ) -> tuple[AxisState, Phases, Signals]:
@@ -93,7 +147,7 @@ def step_of(law: Law) -> Callable[..., tuple[Any, Phases, Signals]]:
         )
         motion = observe_motion(par, s, at, position)
         estimate, law_state = step_law(
-            par.law, s.law, seen(par.controller, par.model_friction, motion)
+            par.law, s.law, seen(par.controller, par.model_friction, motion, ahead_of(reference))
         )
         memory, made, signals = command(par, s, motion, estimate, tables, None)
         acting = in_effect(par, s.pending, made)

@@ -10,11 +10,14 @@ from numpy.typing import NDArray
 
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
+from motionlab.export.controller_step import ReferenceAhead, reference_of
 from motionlab.kernel.build import LANES_PER_VARIANT, VARIANTS_PER_BLOCK
 from motionlab.kernel.layout import state_row
+from motionlab.laws import LAWS
 from motionlab.plant.encoder import Subdivision
 from motionlab.simulation.prepare import Prepared
 from motionlab.simulation.simulation import Simulation, sample_page
+from motionlab.simulation.timeline import Timeline
 from motionlab.telemetry.channels import Sample
 from motionlab.timing import to_ticks
 
@@ -43,9 +46,8 @@ _SAMPLES = (
 """Signals that the simulation keeps in single precision only."""
 
 _REPETITIONS = 20
-_INPUTS = 4
-COLUMNS = _INPUTS + len(_STATES) + len(_SAMPLES)
-"""Numbers of one axis in one control period."""
+SIGNALS = len(_STATES) + len(_SAMPLES)
+"""Numbers of one axis in one control period after what goes in."""
 
 
 def simulated_vectors(prepared: Prepared, variant: str, seconds: float) -> Array:
@@ -63,9 +65,9 @@ def simulated_vectors(prepared: Prepared, variant: str, seconds: float) -> Array
 
     Returns
     -------
-    ndarray, shape (ticks, 2, COLUMNS)
-        For each axis position, velocity and acceleration reference, measured position, then the
-        signals in the order of check.c; SI.
+    ndarray, shape (ticks, 2, columns)
+        For each axis the fields of the law's `reference_of`, measured position, then the SIGNALS in
+        the order of check.c; SI.
     """
     place = list(prepared.scenario.variants).index(variant)
     block, pair = divmod(place, VARIANTS_PER_BLOCK)
@@ -79,20 +81,21 @@ def simulated_vectors(prepared: Prepared, variant: str, seconds: float) -> Array
     encoders = (plant.x.encoder, plant.y.encoder)
     known = [Subdivision(**each.subdivision.model_dump()) for each in (model.x, model.y)]
     ticks = min(to_ticks(seconds), _unchanged(prepared, variant))
-    rows = np.empty((ticks, len(AXES), COLUMNS))
-    for column, values in enumerate(_reference(prepared)):
-        rows[:, :, column] = values[:ticks]
+    law = LAWS[prepared.scenario.variants[variant].controller.compensation.law]
+    inputs = len(reference_of(law)._fields) + 1
+    rows = np.empty((ticks, len(AXES), inputs + SIGNALS))
+    rows[:, :, : inputs - 1] = _reference(prepared, ticks)[:, :, : inputs - 1]
     simulation = Simulation(prepared)
     samples = sample_page(len(prepared.scenario.variants))[:, :1].copy()
     for tick in range(ticks):
         simulation.advance(samples)
         state = simulation.snapshot().state[block, :, lanes]
-        rows[tick, :, _INPUTS - 1] = [
+        rows[tick, :, inputs - 1] = [
             reading_of(each, p, encoder.resolution) if each.sine or each.cosine else p
             for each, p, encoder in zip(known, state[measured].tolist(), encoders, strict=True)
         ]
-        rows[tick, :, _INPUTS : _INPUTS + len(_STATES)] = state[states].T
-        rows[tick, :, _INPUTS + len(_STATES) :] = samples[block, 0, channels, lanes].T
+        rows[tick, :, inputs : inputs + len(_STATES)] = state[states].T
+        rows[tick, :, inputs + len(_STATES) :] = samples[block, 0, channels, lanes].T
     failed = simulation.failed_ticks[place]
     return rows if failed is None else rows[:failed]
 
@@ -111,14 +114,18 @@ def reading_of(known: Subdivision, position: float, resolution: float) -> float:
 
 
 def vector_file(vectors: Array) -> bytes:
-    """Return the file that check.c reads, of vectors of shape (ticks, 2, COLUMNS)."""
+    """Return the file that check.c reads, of vectors of shape (ticks, 2, columns)."""
     ticks, axes, columns = vectors.shape
     return _MAGIC + struct.pack("2d", ticks, axes * columns) + vectors.tobytes()
 
 
-def _reference(prepared: Prepared) -> tuple[Array, Array, Array]:
-    reference = prepared.reference
-    return reference.position, reference.velocity, reference.acceleration
+def _reference(prepared: Prepared, ticks: int) -> Array:
+    """Return the fields of `ReferenceAhead`, shape (ticks, 2, fields)."""
+    timeline = Timeline(prepared.reference, prepared.load)
+    rows = np.empty((ticks, len(ReferenceAhead._fields), len(AXES)))
+    rows[:, :3] = np.stack(timeline.at(0, ticks)[:3], axis=1)
+    timeline.ahead(0, ticks, rows[:, 3:])
+    return rows.transpose(0, 2, 1)
 
 
 def _unchanged(prepared: Prepared, variant: str) -> int:

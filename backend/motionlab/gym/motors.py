@@ -18,10 +18,10 @@ from motionlab.errors import ConfigError, FieldError
 from motionlab.gym.step import MOTORS, OBSERVED, RING, TURNED, Observed, Weights, advance
 from motionlab.kernel.build import initial_state, mover_parameters
 from motionlab.kernel.law_calls import laws_of
-from motionlab.kernel.layout import INPUT_ROWS, parameter_row, reads_tables
+from motionlab.kernel.layout import parameter_row, reads_tables
 from motionlab.lanes.bank import TABLES
 from motionlab.simulation.batch import acting, changed, naming
-from motionlab.simulation.inputs import PAGE, page_inputs
+from motionlab.simulation.inputs import PAGE, input_rows, page_inputs
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.timeline import Timeline
 from motionlab.timing import CONTROL_PERIOD, to_ticks
@@ -182,7 +182,7 @@ class Motors:
         blocks = -(-count // MOTORS)
         self._parameters = np.tile(plain.lanes, (blocks, 1, MOTORS))
         self._state = initial_state(blocks, (0.0, 0.0))
-        self._inputs = np.zeros((count, RING, INPUT_ROWS, 2))
+        self._inputs = np.zeros((count, RING, input_rows(), 2))
         self._clock = np.zeros(count, dtype=np.int64)
         self._end = np.zeros(count, dtype=np.int64)
         self._seeds = np.zeros(count, dtype=np.int64)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from motionlab.control.position import Last, estimate_motion
 from motionlab.kernel.build import LANES_PER_VARIANT
-from motionlab.kernel.law_calls import Laws, enter_laws, leave_laws
+from motionlab.kernel.law_calls import AHEAD_ROW, Laws, enter_laws, leave_laws
 from motionlab.kernel.layout import (
     INPUT_ROWS,
     Inputs,
@@ -26,6 +26,7 @@ from motionlab.kernel.layout import (
     state_row,
     write_state,
 )
+from motionlab.kernel.motion import Ahead
 from motionlab.kernel.tick import learnt_force, measured_position, tick
 from motionlab.lanes import (
     WIDTH,
@@ -36,6 +37,7 @@ from motionlab.lanes import (
     pack,
     restore_mode,
     select,
+    store_vectors,
     unpack,
 )
 from motionlab.plant.encoder import corrected
@@ -110,9 +112,17 @@ def _gather(inputs: Array, clock: NDArray[np.int64], ahead: int, block: int, row
     first = block * MOTORS
     for motor in range(min(MOTORS, clock.shape[0] - first)):
         at = inputs[first + motor, (clock[first + motor] + ahead) & (RING - 1)]
-        for row in range(INPUT_ROWS):
+        for row in range(rows.shape[0]):
             rows[row, 2 * motor] = at[row, 0]
             rows[row, 2 * motor + 1] = at[row, 1]
+
+
+@compiled
+def _inputs_of(rows: Array, laws: Laws, width: Lanes) -> Inputs:
+    """Return the inputs of a tick; the motion to come goes to laws, as by `look_ahead`."""
+    if rows.shape[0] > INPUT_ROWS:
+        store_vectors(unpack(Ahead, rows, INPUT_ROWS, width), laws.rows, AHEAD_ROW)
+    return unpack(Inputs, rows, 0, width)
 
 
 @compiled
@@ -163,7 +173,7 @@ def advance(  # noqa: PLR0913, PLR0917 - a tuple of arrays takes longer to pass
     parameters, state : ndarray, shape (blocks, PARAMETER_ROWS or STATE_ROWS, WIDTH)
         As `motionlab.kernel.tick.run_ticks` takes them, of MOTORS motors a block; the state is
         overwritten.
-    inputs : ndarray, shape (motors, RING, INPUT_ROWS, 2)
+    inputs : ndarray, shape (motors, RING, INPUT_ROWS or more, 2)
         Fields of `Inputs` of each motor, tick k at k modulo RING, up to one tick beyond the step.
     clock : ndarray of int, shape (motors,)
         The next tick of each motor; overwritten.
@@ -189,7 +199,7 @@ def advance(  # noqa: PLR0913, PLR0917 - a tuple of arrays takes longer to pass
         `laws_of` the parameters.
     """
     width = unpack(PlantState, state[0], 0).p
-    rows, seen = np.zeros((INPUT_ROWS, WIDTH)), np.empty((OBSERVED, WIDTH))
+    rows, seen = np.zeros((inputs.shape[2], WIDTH)), np.empty((OBSERVED, WIDTH))
     force, squares, errors = np.zeros((1, WIDTH)), np.zeros((1, WIDTH)), np.empty((1, WIDTH))
     _, per_error, _, divergence = weights
     events = 0
@@ -205,7 +215,7 @@ def advance(  # noqa: PLR0913, PLR0917 - a tuple of arrays takes longer to pass
         total_squares = unpack(_PerLane, squares, 0, width).value
         for k in range(ticks):
             _gather(inputs, clock, k, block, rows)
-            at = unpack(Inputs, rows, 0, width)
+            at = _inputs_of(rows, laws, width)
             s, sample = tick(par, s, at, tables, laws, extra + learnt_force(par, at))
             if k > 0:  # the first error was there before the action
                 error = _capped(sample.following_error, par.limits.error)

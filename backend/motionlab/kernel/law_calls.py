@@ -6,6 +6,7 @@ and no others.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,27 +17,31 @@ from motionlab.control.position import PositionController
 from motionlab.kernel.effect_calls import effects_of, enter_effects, leave_effects
 from motionlab.kernel.layout import (
     CONTROLLER,
+    INPUT_ROWS,
     LAW_NUMBER,
     LAW_OF_STATE,
     LAW_PARAMETERS,
     LAW_STATE,
     MODEL_FRICTION,
+    SAMPLE_ROWS,
     LawParameters,
     LawState,
     Parameters,
 )
-from motionlab.kernel.motion import Motion, seen
+from motionlab.kernel.motion import Ahead, Motion, seen
 from motionlab.kernel.row_calls import OnRows, RowCode, caller, chosen
 from motionlab.lanes import (
     WIDTH,
     Lanes,
+    axes_at,
     compiled,
     load_vectors,
     pack,
+    record,
     store_vectors,
     unpack,
 )
-from motionlab.laws import LAWS, OWN, SHIPPED, SOURCES, renewed
+from motionlab.laws import OWN, SHIPPED, SOURCES, base_of
 from motionlab.laws.law import Estimate, Law
 from motionlab.plant.friction import LuGre
 
@@ -56,10 +61,23 @@ _RECORDS: tuple[Any, ...] = (
     LuGre,
     LawState,
     Motion,
+    Ahead,
     Estimate,
+    _Number,
 )
 _FIRST = np.cumsum([0, *(len(record._fields) for record in _RECORDS)]).tolist()
-_NUMBER, _PARAMETERS, _CONTROLLER, _FRICTION, _STATE, _MOTION, _ESTIMATE, ROWS = _FIRST
+(
+    _NUMBER,
+    _PARAMETERS,
+    _CONTROLLER,
+    _FRICTION,
+    _STATE,
+    _MOTION,
+    AHEAD_ROW,
+    _ESTIMATE,
+    _CALLED,
+    ROWS,
+) = _FIRST
 
 _FROM = np.concatenate(
     [
@@ -141,12 +159,30 @@ def leave_laws(state: Array, laws: Laws) -> None:
 
 
 @compiled
+def look_ahead(laws: Laws, inputs: Array, k: int, width: Lanes) -> None:
+    """Write the motion to come into the rows of laws' calls, where inputs have rows of it."""
+    if inputs.shape[1] > INPUT_ROWS:
+        ahead = axes_at(Ahead, inputs[:, INPUT_ROWS:], k, width)
+        store_vectors(ahead, laws.rows, AHEAD_ROW)
+
+
+@compiled
+def record_laws(laws: Laws, samples: NDArray[np.float32], k: int, width: Lanes) -> None:
+    """Record the states of laws, where samples have rows for them."""
+    if samples.shape[1] > SAMPLE_ROWS:
+        state = load_vectors(LawState, laws.rows, _STATE, width)
+        record(state, samples[:, SAMPLE_ROWS:], k)
+
+
+@compiled
 def estimate_friction(laws: Laws, motion: Any) -> Estimate:
     """Return the friction estimate of each lane by its own law, and step the laws' states."""
     store_vectors(motion, laws.rows, _MOTION)
     for law in range(laws.addresses.shape[0]):
         if laws.used[law] != 0:
             for vector in range(laws.rows.shape[0]):
+                for lane in range(WIDTH):
+                    laws.rows[vector, _CALLED, lane] = law
                 call_law(law, laws.addresses, laws.rows, vector)
     return load_vectors(Estimate, laws.rows, _ESTIMATE, motion.p)
 
@@ -154,8 +190,11 @@ def estimate_friction(laws: Laws, motion: Any) -> Estimate:
 # -- code of a law --------------------------------------------------------------------------------
 
 
-def on_rows(number: int, law: Law) -> OnRows:
-    """Return the function that calls a law on the rows of eight lanes, (ROWS, WIDTH)."""
+def on_rows(law: Law) -> OnRows:
+    """Return the function that calls a law on the rows of eight lanes, (ROWS, WIDTH).
+
+    It knows no number of the law, and so may run under any.
+    """
     step, par_record, state_record = law.step, law.Parameters, law.State
     stateless = not state_record._fields
 
@@ -164,11 +203,12 @@ def on_rows(number: int, law: Law) -> OnRows:
         par = unpack(par_record, rows, _PARAMETERS)
         state = unpack(state_record, rows, _STATE)
         motion, friction = unpack(Motion, rows, _MOTION), unpack(LuGre, rows, _FRICTION)
-        known = seen(unpack(PositionController, rows, _CONTROLLER), friction, motion)
+        ahead = unpack(Ahead, rows, AHEAD_ROW)
+        known = seen(unpack(PositionController, rows, _CONTROLLER), friction, motion, ahead)
         estimate, after = step(par, state, known)
-        own = unpack(_Number, rows, _NUMBER).law == float(number)
+        own = unpack(_Number, rows, _NUMBER).law == unpack(_Number, rows, _CALLED).law
         before = unpack(Estimate, rows, _ESTIMATE)
-        pack(chosen(own, estimate, before), rows[_ESTIMATE:ROWS])
+        pack(chosen(own, estimate, before), rows[_ESTIMATE:_CALLED])
         if not stateless:
             pack(chosen(own, after, state), rows[_STATE : _STATE + len(state)])
 
@@ -183,7 +223,8 @@ def _numbered() -> tuple[dict[str, int], list[Law]]:
     numbers: dict[str, int] = {}
     by_number: dict[Any, Law] = {}
     for law in (*SHIPPED.values(), *OWN.values()):
-        alike = (law.step, law.Parameters, law.State, law.limits, law.sliding)
+        own = law.name if law.name in OWN else ""  # whose step may become another
+        alike = (law.step, law.Parameters, law.State, law.limits, law.sliding, own)
         by_number.setdefault(alike, law)
         numbers[law.name] = list(by_number).index(alike)
     return numbers, list(by_number.values())
@@ -201,16 +242,19 @@ def _carried(laws: list[Law]) -> NDArray[np.int64]:
     rows = np.full((len(laws), len(laws), _STATES), -1, dtype=np.int64)
     for i, before in enumerate(laws):
         for j, after in enumerate(laws):
-            if before.State is after.State:
+            versions = i != j and base_of(before.name) == base_of(after.name)
+            resets = after.resets if versions else ()
+            if before.State is after.State and not resets:
                 rows[i, j] = np.arange(_STATES)
                 continue
             for row, name in enumerate(after.State._fields):
-                if name in before.State._fields:
+                if name in before.State._fields and name not in resets:
                     rows[i, j, row] = before.State._fields.index(name)
     return rows
 
 
-_CARRIED = _carried(LAWS_BY_NUMBER)
+_CARRIED = [_carried(LAWS_BY_NUMBER)]
+"""One table, which another one replaces."""
 SHIPPED_CARRIED = _carried(SHIPPED_BY_NUMBER)
 _CODE = RowCode(len(LAWS_BY_NUMBER), ROWS)
 
@@ -252,8 +296,8 @@ def laws_of(parameters: Array) -> Laws:
 
 
 def _calls(vectors: int, effects: Any) -> Laws:
-    used, rows = np.zeros_like(_CODE.addresses), np.zeros((vectors, ROWS, WIDTH))
-    return Laws(_CODE.addresses, used, rows, _CARRIED, effects)
+    addresses, rows = _CODE.addresses, np.zeros((vectors, ROWS, WIDTH))
+    return Laws(addresses, np.zeros_like(addresses), rows, _CARRIED[0], effects)
 
 
 def _require(number: int) -> None:
@@ -262,32 +306,36 @@ def _require(number: int) -> None:
 
 def _code(number: int) -> tuple[OnRows, str | None]:
     law = LAWS_BY_NUMBER[number]
-    return on_rows(number, law), SOURCES.get(law.name)
+    return on_rows(law), SOURCES.get(law.name)
 
 
-def renew_law(name: str, text: str | None = None) -> None:
-    """Take another version of a law's file: lanes that have the law call it from now on.
+def compiled_law(law: Law, source: str) -> Any:
+    """Return the machine code of a version of a law of one's own, which `put_laws` takes."""
+    return _CODE.compiled(on_rows(law), source)
+
+
+def code_of(name: str) -> Any:
+    """Return the machine code that runs under the name of a law; None where none has yet."""
+    return _CODE.code.get(_NUMBERS.get(name, -1))
+
+
+def put_laws(laws: Mapping[str, Law], code: Mapping[str, Any]) -> None:
+    """Have laws of one's own run under their names from now on.
 
     Parameters
     ----------
-    name, text
-        As `motionlab.laws.renewed`.
-
-    Raises
-    ------
-    DeclarationError
-        As `motionlab.laws.renewed`; the former version stays.
+    laws : mapping of str to Law
+        By name; one that is not there yet gets a number of its own, and numbers stay.
+    code : mapping of str to machine code
+        Of those that run other code than before; None: it is compiled when a lane first has it.
     """
-    number, before = _NUMBERS[name], OWN[name]
-    law = renewed(name, text)
     with _CODE.lock:
-        former, LAWS_BY_NUMBER[number] = LAWS_BY_NUMBER[number], law
-        try:
-            _CODE.compile(number, *_code(number))
-        except Exception:
-            LAWS_BY_NUMBER[number] = former
-            OWN[name] = LAWS[name] = before
-            raise
+        for name, law in laws.items():
+            number = _NUMBERS.setdefault(name, len(LAWS_BY_NUMBER))
+            LAWS_BY_NUMBER[number : number + 1] = [law]
+            if name in code:
+                _CODE.put(number, code[name])
+        _CARRIED[:] = [_carried(LAWS_BY_NUMBER)]
 
 
 _call = caller(ROWS)

@@ -186,12 +186,11 @@ def column(par: Any, effects: list[float] | None = None) -> list[float]:
     return [*_numbers(par), *([0.0] * len(EFFECT_PARAMETERS) if effects is None else effects)]
 
 
-def _numbers(par: Any) -> Iterator[float]:
+def _numbers(par: Any) -> list[float]:
+    numbers: list[float] = []
     for each in par:
-        if isinstance(each, tuple):
-            yield from _numbers(each)
-        else:
-            yield float(each)
+        numbers += _numbers(each) if isinstance(each, tuple) else (float(each),)
+    return numbers
 
 
 _, _MEMORY, _ACTING, _PENDING, _CLOCK, LAW_STATE, LAW_OF_STATE, EFFECT_STATE, *_ = _first_rows(

@@ -63,23 +63,20 @@ class RowCode:
         """Compile a function, or load it, where that has not been done."""
         with self.lock:
             if number not in self.code:
-                self.compile(number, *made())
+                self.put(number, self.compiled(*made()))
 
-    def compile(self, number: int, call: OnRows, source: str | None) -> None:
-        """Compile a function, in place of a former one of this number; the lock is held.
+    def compiled(self, call: OnRows, source: str | None) -> Any:
+        """Return the machine code of a function, without a number yet.
 
         Parameters
         ----------
-        number : int
-            Of the function.
         call : callable
             Takes rows, shape (rows, WIDTH).
         source : str or None
             Text of the file of one's own that it is from: the model's hash does not know it.
         """
         if _numba.config.DISABLE_JIT:
-            self.code[number] = call
-            return
+            return call
         rows = self.rows
 
         def at(pointer: Any) -> None:
@@ -87,10 +84,19 @@ class RowCode:
 
         if source:  # compiled code is kept under this name
             at.__qualname__ += f"-{hashlib.sha256(source.encode()).hexdigest()[:16]}"
-        code = entry(types.void(types.CPointer(types.float64)))(at)
-        self._kept.append(self.code.get(number))
-        self.code[number] = code
-        self.addresses[number] = code.address
+        return entry(types.void(types.CPointer(types.float64)))(at)
+
+    def put(self, number: int, code: Any) -> None:
+        """Have code run under a number, in place of a former one; None: what `require` compiles.
+
+        A number beyond those that there are is added; lanes that are being called keep their table.
+        """
+        if (missing := number + 1 - len(self.addresses)) > 0:
+            self.addresses = np.concatenate([self.addresses, np.zeros(missing, dtype=np.int64)])
+        self._kept.append(self.code.pop(number, None))
+        if code is not None:
+            self.code[number] = code
+            self.addresses[number] = getattr(code, "address", 0)  # none where nothing is compiled
 
 
 def caller(rows: int) -> Any:

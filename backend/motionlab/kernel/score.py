@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.kernel.accumulator import MEASURED_ROWS, MeasuredChannels, add_ticks
-from motionlab.kernel.law_calls import Laws, enter_laws, laws_of, leave_laws
+from motionlab.kernel.law_calls import Laws, enter_laws, laws_of, leave_laws, look_ahead
 from motionlab.kernel.layout import (
     Inputs,
     PlantState,
@@ -100,6 +100,7 @@ def _score(  # noqa: PLR0913, PLR0917 - as the tick
         end = min(begin + CHUNK, ticks)
         for k in range(begin, end):
             at = axes_at(Inputs, inputs, k, width)
+            look_ahead(laws, inputs, k, width)
             s, sample = tick(par, s, at, tables, laws, learnt_force(par, at))
             record(measured(sample), samples, k - begin)
         start = max(begin, before)
@@ -144,7 +145,7 @@ def score_ticks(block: Block, inputs: Array, window: ScoreWindow) -> None:
     ----------
     block : Block
         The lanes.
-    inputs : ndarray, shape (ticks, INPUT_ROWS, 2)
+    inputs : ndarray, shape (ticks, INPUT_ROWS or more, 2)
         As `run_ticks` takes them.
     window : ScoreWindow
         What to keep.

@@ -21,6 +21,8 @@ from motionlab.kernel.law_calls import (
     estimate_friction,
     laws_of,
     leave_laws,
+    look_ahead,
+    record_laws,
 )
 from motionlab.kernel.layout import (
     Command,
@@ -290,8 +292,8 @@ def control_once(
     ----------
     parameters, state : ndarray
         As `run_ticks` takes them; the machine's part of the state stays as it is.
-    inputs : ndarray, shape (1, INPUT_ROWS, 2)
-        Fields of `Inputs`, of which a controller sees the reference.
+    inputs : ndarray, shape (1, INPUT_ROWS or more, 2)
+        Fields of `Inputs`, of which a controller sees the reference, and of `Ahead`.
     p_meas : ndarray, shape (1, WIDTH)
         Measured positions, m.
     laws : Laws
@@ -302,6 +304,7 @@ def control_once(
     par = groups(parameters, width)
     s = read_state(state, width)
     mode = flush_subnormals()
+    look_ahead(laws, inputs, 0, width)
     measured = unpack(EncoderSample, p_meas, 0, width).p
     memory, made, _ = control(par, s, axes_at(Inputs, inputs, 0), measured, None, laws, None)
     acting = in_effect(par, s.pending, made)
@@ -329,10 +332,11 @@ def run_ticks(
         The groups of `Parameters`, one after another.
     state : ndarray, shape (STATE_ROWS, WIDTH)
         Fields of `State`; overwritten by the state at the end.
-    inputs : ndarray, shape (ticks, INPUT_ROWS, 2)
-        Fields of `Inputs` for axis x and axis y; even lanes are x, odd lanes y.
-    samples : ndarray of float32, shape (ticks, SAMPLE_ROWS, WIDTH)
-        Overwritten by the samples of each tick.
+    inputs : ndarray, shape (ticks, INPUT_ROWS or more, 2)
+        Fields of `Inputs` for axis x and axis y; even lanes are x, odd lanes y. Then those of
+        `Ahead`, where laws of one's own are there.
+    samples : ndarray of float32, shape (ticks, SAMPLE_ROWS or more, WIDTH)
+        Overwritten by the samples of each tick, and by the states of laws if it has rows for them.
     tabled : list of bool, optional
         `reads_tables` of `parameters`, for callers with few ticks at a time.
     """
@@ -367,8 +371,10 @@ def run_lanes(  # noqa: PLR0913, PLR0917 - as `tick`
     mode = flush_subnormals()
     for k in range(inputs.shape[0]):
         at = axes_at(Inputs, inputs, k)
+        look_ahead(laws, inputs, k, width)
         s, sample = tick(par, s, at, tables, laws, learnt_force(par, at))
         record(sample, samples, k)
+        record_laws(laws, samples, k, width)
     restore_mode(mode)
     write_state(s, state)
     leave_laws(state, laws)

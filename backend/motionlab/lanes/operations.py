@@ -96,8 +96,9 @@ def unpack(record: Any, array: Any, first: int = 0, width: Any = WIDTH) -> Any:
 
 
 def axes_at(record: Any, array: Any, tick: Any, width: Any = WIDTH) -> Any:
-    """Return ``array[tick]``, shape (fields, 2), as a named tuple: x in even lanes, y in odd."""
-    return record(*np.tile(array[tick], (width if isinstance(width, int) else len(width)) // 2))
+    """Return ``array[tick]``, shape (fields, 2) at least, as a tuple: x in even lanes, y in odd."""
+    fields = array[tick, : len(record._fields)]
+    return record(*np.tile(fields, (width if isinstance(width, int) else len(width)) // 2))
 
 
 def pack(values: Any, array: Any) -> None:
@@ -119,8 +120,8 @@ def store_vectors(values: Any, array: Any, first: Any) -> None:
 
 
 def record(values: Any, array: Any, tick: Any) -> None:
-    """Write a named tuple of lanes into ``array[tick]``, in the array's own precision."""
-    pack(values, array[tick])
+    """Write a named tuple of lanes into ``array[tick]``'s first rows, in the array's precision."""
+    pack(values, array[tick, : len(values)])
 
 
 def recorded(record: Any, array: Any, tick: Any, width: Any = WIDTH) -> Any:

@@ -38,6 +38,13 @@ class Seen(NamedTuple):
     estimate_acting: Lanes  # the law's friction estimate of that period, N
     K_acting: Lanes  # the law's adaptation term of that period, m/s
     age: Lanes  # control periods since the start; differences are 0 in the first
+    p_ref_1: Lanes  # position reference a period ahead, m
+    v_ref_1: Lanes  # velocity reference a period ahead, m/s
+    a_ref_1: Lanes  # acceleration reference a period ahead, m/s^2
+    p_ref_2: Lanes  # position reference two periods ahead, m
+    v_ref_2: Lanes  # velocity reference two periods ahead, m/s
+    a_ref_2: Lanes  # acceleration reference two periods ahead, m/s^2
+    phase: Lanes  # share of the lap that is done, 0 to 1; of the whole motion where it has no laps
     k_p: Lanes  # proportional gain, N/m
     k_d: Lanes  # derivative gain, N s/m
     M: Lanes  # mass in the controller's model, kg
@@ -96,6 +103,9 @@ class Law:
         at the velocity v, m/s. Left out, all zero.
     limits : tuple of str
         Fields of `Parameters` that bound something, which a linear loop does not have.
+    resets : tuple of str
+        Fields of `State` that begin at zero where another version of the law is taken while it
+        runs. All others keep their numbers.
     quotient : callable
         ``quotient(values) -> str or None``: name of the parameter, or ``law``, with whose value
         the law has no linearisation.
@@ -115,6 +125,7 @@ class Law:
     adds: bool = True
     sliding: Callable[[LuGre, float], Any] | None = None
     limits: tuple[str, ...] = field(default=())
+    resets: tuple[str, ...] = ()
     quotient: Callable[[Mapping[str, Any]], str | None] = _nothing
     refuse: Callable[[Mapping[str, Any], LuGre], Refusal | None] = _nothing
 

@@ -23,7 +23,9 @@ from motionlab.library.run import NAME_MAX, NOTE_MAX, Capture, RunDetail, new_id
 from motionlab.library.stability_margins import stability_margins
 from motionlab.simulation.result import metadata
 from motionlab.telemetry import recorder
+from motionlab.telemetry.channels import Channel
 from motionlab.telemetry.expressions.columns import compile_columns, values_of
+from motionlab.telemetry.law_channels import kept_states
 from motionlab.telemetry.parquet import read_ticks
 from motionlab.telemetry.recording import Recording
 from motionlab.timing import CONTROL_PERIOD
@@ -65,12 +67,12 @@ class About(NamedTuple):
 
 def recorded_stretch(
     library: Library, run_id: str, start: int, stop: int
-) -> tuple[Scenario, NDArray[np.float32]] | None:
+) -> tuple[Scenario, NDArray[np.float32], list[tuple[str, Channel]]] | None:
     """Return ticks [start, stop) of what is or was recorded, and the scenario in effect there.
 
     Returns
     -------
-    Scenario and ndarray of float32, shape (columns, ticks), or None
+    Scenario, ndarray of float32, shape (columns, ticks), and the last columns, of laws; or None
         None where the recording does not hold all of them.
 
     Raises
@@ -98,7 +100,7 @@ def recorded_stretch(
     scenario = scenario_of(run, at, at + 1, lambda _: False)
     if isinstance(scenario, str):  # a motor or map that is gone
         scenario = load_scenario(run.scenario_document or {})
-    return scenario, data
+    return scenario, data, kept_states(run.columns)
 
 
 def keep_capture(

@@ -11,7 +11,7 @@ from motionlab.effects import SOURCES as EFFECT_SOURCES
 from motionlab.executors.code import processor
 from motionlab.kernel.force_maps import maps_of
 from motionlab.lanes import model_hash
-from motionlab.laws import SOURCES
+from motionlab.laws import SOURCES, before_of
 from motionlab.library.description import differences, labels
 from motionlab.library.run import Kind, RunDetail, new_id
 from motionlab.library.run_name import run_name
@@ -79,6 +79,13 @@ def own_laws_of(scenario: Scenario) -> dict[str, str]:
     effects = {each.effect for axis in axes for each in axis.effects} & EFFECT_SOURCES.keys()
     laws = {name: SOURCES[name] for name in sorted(used & SOURCES.keys())}
     return laws | {name: EFFECT_SOURCES[name] for name in sorted(effects)}
+
+
+def variants_with(scenario: Scenario, law: str) -> list[str]:
+    """Return the variants whose controllers have a law, or its version before."""
+    names = {law, before_of(law)}
+    variants = scenario.variants.items()
+    return [name for name, each in variants if each.controller.compensation.law in names]
 
 
 def live_run(scenario: Scenario, run_id: str, created: float, *, drive: str = "") -> RunDetail:

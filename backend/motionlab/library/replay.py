@@ -30,6 +30,7 @@ from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.record import record
 from motionlab.simulation.simulation import ReadyEpoch, Simulation, ready, sample_page
 from motionlab.telemetry.channels import stream_columns
+from motionlab.telemetry.law_channels import StateColumn, any_law, state_columns
 from motionlab.telemetry.parquet import read_ticks
 from motionlab.telemetry.recorder import ROWS
 
@@ -159,12 +160,14 @@ def replay(
         If a recorded change is no longer valid.
     """
     run = again.run
-    names = [name for name, _ in stream_columns(run.variants)]
-    units = {name: channel.unit for name, channel in stream_columns(run.variants)}
     there = set(file.schema_arrow.names)
+    states = [each for each in state_columns(any_law(run.variants)) if each.name in there]
+    units = {name: channel.unit for name, channel in stream_columns(run.variants)}
+    units |= {each.name: each.channel.unit for each in states}
+    names = list(units)
     rows = [row for row, name in enumerate(names) if name in there]
     names = [names[row] for row in rows]
-    player = _Player(run, again.prepared, len(units))
+    player = _Player(run, again.prepared, states)
     totals = np.zeros(len(names), dtype=np.int64)
     first: FirstDifference | None = None
     compared = 0
@@ -202,10 +205,11 @@ def replay(
 class _Player:
     """Simulates a run as it was: live ones with what happened to them."""
 
-    def __init__(self, run: RunDetail, prepared: Prepared, columns: int) -> None:
+    def __init__(self, run: RunDetail, prepared: Prepared, states: list[StateColumn]) -> None:
         self.simulation = Simulation(prepared, endless=run.kind == "live")
-        self._page = sample_page(len(run.variants))
-        self._columns = columns
+        self._page = sample_page(len(run.variants), states=bool(states))
+        self._states = states
+        self._columns = len(stream_columns(run.variants)) + len(states)
         self._made: list[ReadyEpoch] = []
         self._acts = deque(sorted(_acts(run.events), key=lambda act: act[0]))
 
@@ -230,7 +234,7 @@ class _Player:
             act(self, event)
         if self._acts:
             columns = columns[:, : self._acts[0][0] - self.simulation.tick]
-        return record(self.simulation, self._page, columns)
+        return record(self.simulation, self._page, columns, self._states)
 
     def check(self, event: Event) -> None:
         """Make a change ready, as the session did before the tick at which it held."""

@@ -101,6 +101,20 @@ class Event(BaseModel):
     ticks: int | None = Field(default=None, description="Ticks of a push, or missing in a gap")
     reason: str = Field(default="", description="Why ticks are missing, or drives stopped")
     law: str = Field(default="", description="Of `law`: the law whose file has changed")
+    version: int | None = Field(
+        default=None, description="Of `law`: number of the version that runs from this tick on"
+    )
+    jump: dict[str, dict[str, float]] = Field(
+        default_factory=dict,
+        description="Of `law`: what the new version commands in this tick, minus what the former "
+        "would have from the same state, N, by variant and axis; without controllers of the law, "
+        "or after the motion's end, empty",
+    )
+    texts: dict[str, str] = Field(
+        default_factory=dict,
+        description="Of `law` and `change` in a recording: text of each law of one's own that a "
+        "controller has from this tick on, where it had none or another",
+    )
     speed: float | None = Field(
         default=None, description="Simulated time per time; of `play` where it is another one"
     )

@@ -11,6 +11,7 @@ from typing import NamedTuple
 from motionlab.config.fields import FieldEntry, fields_of
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
+from motionlab.laws import REDECLARED
 from motionlab.library.run import NAME_MAX, Difference, Run
 
 LISTED = 2
@@ -183,3 +184,6 @@ def _entry(path: str) -> FieldEntry | None:
 @functools.cache
 def _fields() -> dict[str, FieldEntry]:
     return fields_of(Scenario)
+
+
+REDECLARED.append(_fields.cache_clear)

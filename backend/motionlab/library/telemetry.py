@@ -15,6 +15,7 @@ from motionlab.telemetry.channels import stream_columns
 from motionlab.telemetry.expressions.columns import MathChannel, compile_columns
 from motionlab.telemetry.expressions.compile import Program
 from motionlab.telemetry.expressions.evaluate import BLOCK, Evaluation, reach
+from motionlab.telemetry.law_channels import kept_states
 from motionlab.telemetry.parquet import column_descriptions, read_ticks
 from motionlab.telemetry.recording import Recording, as_recording
 
@@ -96,7 +97,8 @@ def recording(
     file: parquet.ParquetFile, variants: Sequence[str], start: int, stop: int
 ) -> Recording:
     """Return samples [start, stop) as a recording; references are float32, as they are kept."""
-    columns = [name for name, _ in stream_columns(variants)]
+    states = kept_states(column_descriptions(file.schema_arrow))
+    columns = [name for name, _ in [*stream_columns(variants), *states]]
     samples = read_ticks(file, columns, start, stop)
     rows = {name: row for row, name in enumerate(columns)}
     failed: dict[str, int | None] = {}
@@ -105,7 +107,7 @@ def recording(
     for name in variants:  # the command is there also where drives measure nothing
         missing = np.flatnonzero(np.isnan(samples[rows[f"{name}.x.force_command"]]) & recorded)
         failed[name] = first + int(missing[0]) if missing.size else None
-    return as_recording(first, samples, failed)
+    return as_recording(first, samples, failed, states=states)
 
 
 def reference_path(

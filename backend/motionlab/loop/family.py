@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.scenario import Scenario
+from motionlab.executors.progress import watch_compilation
 from motionlab.kernel.force_gain import lanes_of
 from motionlab.kernel.force_maps import map_digests
 from motionlab.kernel.layout import Parameters
@@ -28,6 +29,8 @@ from motionlab.loop.linearise import (
 )
 
 Array = NDArray[np.float64]
+
+watch_compilation()
 
 SLOWEST = 0.5
 SPEEDS = tuple(np.geomspace(SLOWEST, SLIDING, 11).tolist())

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,7 @@ from motionlab.kernel.layout import (
     LawState,
     Parameters,
 )
+from motionlab.kernel.motion import Ahead
 from motionlab.kernel.tick import control_once
 from motionlab.lanes import WIDTH, cached
 from motionlab.lanes.bank import TABLES
@@ -269,10 +271,12 @@ def write_plants(
 def write_controller(numbers: Array, k_p: float, k_d: float, v: float, system: Array) -> int:
     """Write the controller with gains at a velocity; return the number of its states."""
     numbers = numbers.copy()
-    inputs, sliding = np.empty((1, INPUT_ROWS, 2)), np.empty(len(LawState._fields))
+    inputs = np.empty((1, INPUT_ROWS + len(Ahead._fields), 2))
+    sliding = np.empty(len(LawState._fields))
     law_states = _begin(numbers, k_p, k_d, v, inputs, sliding)
     if (law := LAWS_BY_NUMBER[int(numbers[LAW_NUMBER, 0])]).name in OWN:
         law_states = _own_law_about(law, numbers, v, sliding)
+        inputs[0, INPUT_ROWS:, :] = np.array(_sliding_ahead(v))[:, None]
     states, measured = np.empty((STATE_ROWS, WIDTH)), np.empty((1, WIDTH))
     laws = laws_of(numbers)
     end = law_states + MEMORY_STATES
@@ -281,6 +285,12 @@ def write_controller(numbers: Array, k_p: float, k_d: float, v: float, system: A
         control_once(numbers, states, inputs, measured, laws)
         _probe(first, numbers, v, sliding, law_states, states, measured, system, True)
     return end
+
+
+def _sliding_ahead(v: float) -> Any:
+    """Return what a law knows of a motion at a velocity, m/s, whose position now is 0."""
+    way = v * CONTROL_PERIOD
+    return Ahead(way, v, 0.0, 2.0 * way, v, 0.0, 0.0)
 
 
 def _own_law_about(law: Law, numbers: Array, v: float, sliding: Array) -> int:

@@ -16,15 +16,18 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from motionlab.errors import FieldError
-from motionlab.own_files import VARIABLE, own_files
+from motionlab.own_files import ACCEPTED, VARIABLE, OwnFile, accepted_versions, files_in
 from motionlab.own_laws.check import check_file
 
-ACCEPTED = "MOTIONLAB_LAWS_ACCEPTED"
 _AT_ONCE = 2
 
 
+LINKS: set[Path] = set()
+"""Files that links in folders lead to: the page does not write them."""
 REFUSED: list[FieldError] = []
 """Why files could not be taken when this process began."""
+WATCHED: list[str] = []
+"""Folders and files that the server looks at, joined as in PATH."""
 
 
 def accept_files(paths: str) -> list[FieldError]:
@@ -42,7 +45,10 @@ def accept_files(paths: str) -> list[FieldError]:
     list of FieldError
         Why the others cannot be taken: `REFUSED`.
     """
-    files = [file.path.resolve() for file in own_files(paths, "")]
+    WATCHED[:] = [paths]
+    named = list(files_in(paths))
+    LINKS.update(path.resolve() for path in named if path.is_symlink())
+    files = [path.resolve() for path in named]
     with ThreadPoolExecutor(_AT_ONCE) as pool:
         results = dict(zip(files, pool.map(check_file, files), strict=True))
     os.environ[VARIABLE] = os.pathsep.join(
@@ -52,33 +58,60 @@ def accept_files(paths: str) -> list[FieldError]:
     return REFUSED
 
 
-def accept(name: str, text: str) -> None:
-    """Note that the server has taken a version of a law's file."""
+def accept(name: str, text: str, before: str, path: Path) -> str:
+    """Note that the server has taken a version of a law's file, and which is the one before.
+
+    Returns
+    -------
+    str
+        What `accept_again` takes to go back.
+    """
     if not _COPIES:
         _COPIES.append(Path(tempfile.mkdtemp(prefix="motionlab-")))
         atexit.register(shutil.rmtree, _COPIES[0], ignore_errors=True)
+    former = os.environ.get(ACCEPTED, "{}")
+    versions = [_copy(text), _copy(before), str(path)]
+    accept_again(json.dumps(json.loads(former) | {name: versions}))
+    return former
+
+
+def accept_again(versions: str) -> None:
+    """Have processes that compute take what `accept` has returned."""
+    os.environ[ACCEPTED] = versions
+
+
+def _copy(text: str) -> str:
     copy = _COPIES[0] / f"{hashlib.sha256(text.encode()).hexdigest()[:16]}.py"
-    copy.write_text(text, encoding="utf-8")
-    os.environ[ACCEPTED] = json.dumps(_accepted() | {name: str(copy)})
+    if not copy.exists():
+        copy.write_text(text, encoding="utf-8")
+    return str(copy)
 
 
-def renew_accepted() -> None:
-    """Take the versions of laws that the server has, in place of those that this process read."""
-    if not (copies := _accepted()):
+def renew_accepted(*, compiles: bool = True) -> None:
+    """Take the versions of laws that the server has, in place of those that this process read.
+
+    Parameters
+    ----------
+    compiles : bool
+        Whether to compile them now, rather than when a lane first has them.
+    """
+    if (versions := os.environ.get(ACCEPTED, "")) == _RENEWED[0]:
         return
-    from motionlab.kernel.law_calls import renew_law  # noqa: PLC0415 - only with laws of one's own
-    from motionlab.laws import SOURCES  # noqa: PLC0415
+    # Only with laws of one's own.
+    from motionlab.kernel.law_renewal import LawVersion, Renewal  # noqa: PLC0415
+    from motionlab.laws import SOURCES, before_of  # noqa: PLC0415
 
-    for name, copy in copies.items():
-        text = Path(copy).read_text(encoding="utf-8")
-        if text != SOURCES[name]:
-            renew_law(name, text)
+    others = [
+        LawVersion(name, text, before, OwnFile(Path(path)))
+        for name, (text, before, path) in accepted_versions().items()
+        if (text, before) != (SOURCES.get(name), SOURCES.get(before_of(name)))
+    ]
+    if others:
+        Renewal(others, compiles=compiles).take()
+    _RENEWED[0] = versions
 
 
+_RENEWED = [""]
+"""The versions that this process has."""
 _COPIES: list[Path] = []
 """The folder of the copies, where there is one."""
-
-
-def _accepted() -> dict[str, str]:
-    """Return the path of a copy for each law that has changed since the server began."""
-    return json.loads(os.environ.get(ACCEPTED, "{}"))

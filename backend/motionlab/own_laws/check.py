@@ -16,15 +16,21 @@ import re
 import resource
 import subprocess
 import sys
+import tempfile
+import time
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from motionlab.errors import FieldError
+from motionlab.executors.progress import COMPILING, compiling, first_use
 from motionlab.own_files import VARIABLE
 
 SECONDS = 30.0
 """Time that a file may take, and its law until it has run, s; a compilation takes 1 to 3."""
 _KERNEL_SECONDS = 600.0  # that the kernel takes besides, once on a machine
+_POLL = 0.1  # s
+_WRITTEN_MAX = 2**20  # bytes of what a child writes that are read
 MEMORY = 4 * 2**30
 """Memory that a file may take, bytes."""
 
@@ -42,10 +48,15 @@ class Checked:
         Of the law; empty where there is none.
     problems : tuple of FieldError
         Why it cannot be taken; empty if it can.
+    ns, share : float or None
+        What a law costs in a control period, in ns and as a share of it; None where that has not
+        been measured.
     """
 
     name: str
     problems: tuple[FieldError, ...] = ()
+    ns: float | None = None
+    share: float | None = None
 
 
 def check_file(path: Path, *, seconds: float = SECONDS) -> Checked:
@@ -66,27 +77,65 @@ def check_file(path: Path, *, seconds: float = SECONDS) -> Checked:
     command = [sys.executable, "-m", __spec__.name, str(path), str(seconds)]
     environment = os.environ | {VARIABLE: str(path)}
     try:
-        done = subprocess.run(
-            command,
-            env=environment,
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            timeout=2.0 * seconds + _KERNEL_SECONDS,
-            check=False,
-        )
+        stdout, stderr = answer_of(command, environment, 2.0 * seconds + _KERNEL_SECONDS)
     except subprocess.TimeoutExpired:
         return no_answer(path, seconds, _TIMEOUT)
     try:
-        return from_json(done.stdout)
+        return from_json(stdout)
     except ValueError:
-        return no_answer(path, seconds, done.stderr.decode("utf-8", "replace"))
+        return no_answer(path, seconds, stderr)
+
+
+def answer_of(
+    command: Sequence[str], environment: Mapping[str, str], seconds: float
+) -> tuple[bytes, str]:
+    """Run a child, and say at once when it compiles the kernel.
+
+    Returns
+    -------
+    bytes, str
+        What it has written to stdout, and to stderr but for that.
+
+    Raises
+    ------
+    subprocess.TimeoutExpired
+        If it has not ended within some seconds; then it is ended.
+    """
+    nothing, end = subprocess.DEVNULL, time.monotonic() + seconds
+    with (
+        tempfile.TemporaryFile() as stdout,
+        tempfile.TemporaryFile() as stderr,
+        subprocess.Popen(
+            command, env=environment, stdin=nothing, stdout=stdout, stderr=stderr
+        ) as child,
+    ):
+        try:
+            while child.poll() is None:
+                try:
+                    child.wait(_POLL)
+                except subprocess.TimeoutExpired:
+                    if COMPILING.encode() in _written(stderr):
+                        compiling()
+                    if time.monotonic() > end:
+                        raise
+        finally:
+            child.kill()
+        lines = _written(stderr).decode("utf-8", "replace").splitlines()
+        return _written(stdout), "\n".join(line for line in lines if COMPILING not in line)
+
+
+def _written(file: IO[bytes]) -> bytes:
+    """Return the end of what a child has written to a file, whose offset it shares."""
+    size = os.fstat(file.fileno()).st_size
+    return os.pread(file.fileno(), _WRITTEN_MAX, max(0, size - _WRITTEN_MAX))
 
 
 def as_json(result: Checked) -> str:
     """Return what a check says as one line of JSON."""
     answer: dict[str, Any] = dataclasses.asdict(result)
     for each in answer["problems"]:
-        each["value"] = None if each["value"] is None else repr(each["value"])
+        plain = isinstance(each["value"], (str, int, float, type(None)))
+        each["value"] = each["value"] if plain else repr(each["value"])
     return json.dumps(answer)
 
 
@@ -100,7 +149,7 @@ def from_json(line: bytes) -> Checked:
     """
     answer = json.loads(line)
     problems = tuple(FieldError(**each) for each in answer["problems"])
-    return Checked(answer["name"], problems)
+    return Checked(answer["name"], problems, answer["ns"], answer["share"])
 
 
 def no_answer(path: Path, seconds: float, text: str) -> Checked:
@@ -126,9 +175,10 @@ def _main(path: Path, seconds: float) -> None:
     if not result.problems:
         faulthandler.cancel_dump_traceback_later()
         trial: Any = importlib.import_module("motionlab.own_laws.trial")
-        trial.problem_of("off")  # the kernel may have to be compiled: that is no time of the law
-        faulthandler.dump_traceback_later(seconds, exit=True)
-        result = trial.try_file(path)
+        with first_use():
+            trial.warm_up(path)
+            faulthandler.dump_traceback_later(seconds, exit=True)
+            result = trial.with_cost(trial.try_file(path))
     print(as_json(result), file=stdout)
 
 

@@ -21,6 +21,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from motionlab.own_files import ACCEPTED
 from motionlab.own_laws.check import MEMORY, Checked, as_json, from_json, no_answer
 
 SECONDS = 10.0
@@ -40,12 +41,13 @@ class Standby:
             self._begun()
 
     def try_version(self, name: str, path: Path, text: str) -> Checked:
-        """Try a version of the file of a law that runs, by its text."""
+        """Try a version of the file of a law that runs, or of a new law: no name, by its text."""
         with self._lock:
             process = self._begun()
+            accepted = os.environ.get(ACCEPTED, "{}")
             assert process.stdin is not None and process.stdout is not None
             try:
-                process.stdin.write(json.dumps([name, str(path), text]).encode() + b"\n")
+                process.stdin.write(json.dumps([name, str(path), text, accepted]).encode() + b"\n")
                 process.stdin.flush()
                 ready, _, _ = select.select([process.stdout], [], [], 2 * SECONDS + 60.0)
                 line = process.stdout.readline() if ready else b""
@@ -90,7 +92,7 @@ def _main() -> None:
     os.dup2(2, 1)  # what a file prints is no answer
     trial.problem_of("off")  # loads the kernel
     for line in sys.stdin:
-        name, path, text = json.loads(line)
+        name, path, text, os.environ[ACCEPTED] = json.loads(line)
         answer = _forked(functools.partial(trial.try_version, name, text, Path(path)), Path(path))
         with open(stdout, "wb", closefd=False) as answers:
             answers.write(answer + b"\n")

@@ -168,7 +168,7 @@ def _rows(label: str, value: Any) -> Iterator[tuple[tuple[str, ...], Any]]:
         for key, item in value.items():
             if isinstance(item, Mapping):
                 yield from (((key, *name), row) for name, row in _rows("", item))
-            else:
+            elif item is None or isinstance(item, BaseModel):
                 yield (key,), item
     elif isinstance(value, Sequence) and any(isinstance(item, BaseModel) for item in value):
         for item in value:
@@ -180,8 +180,13 @@ def _unit(info: FieldInfo) -> Unit:
     if "display_unit" in extra:
         name = str(extra["display_unit"]).replace("\u00b5", "u")  # as elsewhere in a pipe
         return Unit(name, float(str(extra["display_factor"])))
+    return Unit(si_unit(info))
+
+
+def si_unit(info: FieldInfo) -> str:
+    """Return the SI unit of a field: its own, or that which ends a clause of its description."""
     stated = _UNIT.search(info.description or "")
-    return Unit(unit_of_field(info) or (stated[1] if stated else ""))
+    return unit_of_field(info) or (stated[1] if stated else "")
 
 
 def _has(info: FieldInfo, *kinds: type) -> bool:

@@ -31,6 +31,7 @@ Kind = Literal[
     "invalid-message",
     "token-needed",
     "foreign-request",
+    "not-editable",
     "not-found",
     "method-not-allowed",
     "wrong-state",
@@ -68,6 +69,9 @@ TYPES: dict[Kind, ProblemType] = {
     "token-needed": ProblemType(401, "Token needed", "missing or wrong token"),
     "foreign-request": ProblemType(
         403, "Foreign request", "`Host` or `Origin` of another server, or a cross-site request"
+    ),
+    "not-editable": ProblemType(
+        403, "Not editable", "the text of a law that this server does not change; `detail` says why"
     ),
     "not-found": ProblemType(404, "Not found", "unknown path, name or identifier"),
     "method-not-allowed": ProblemType(

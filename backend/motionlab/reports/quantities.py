@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 from motionlab.config.fields import FieldEntry, fields_of
 from motionlab.config.scenario import Scenario
+from motionlab.laws import REDECLARED
 from motionlab.reports.markup import Markup, element, joined, symbol
 from motionlab.reports.units import Scale, scale_for
 
@@ -98,3 +99,6 @@ def _text(value: Any, factor: float = 1.0) -> str:
 @functools.cache
 def _fields() -> dict[str, FieldEntry]:
     return fields_of(Scenario)
+
+
+REDECLARED.append(_fields.cache_clear)

@@ -10,19 +10,18 @@ from typing import Any
 
 from motionlab.config.load import load_scenario
 from motionlab.errors import ConfigError, FieldError, MotionLabError
-from motionlab.scripting.channels import Record
-from motionlab.scripting.http_client import ADDRESS, LabServer, ServerRefused
-from motionlab.scripting.kept import KeptRun
-from motionlab.scripting.lab import (
+from motionlab.scripting.arguments import (
     Changes,
-    Lab,
     Source,
     changes_of,
     present,
     readable,
-    shown_share,
     tables,
 )
+from motionlab.scripting.channels import Record
+from motionlab.scripting.http_client import ADDRESS, LabServer, ServerRefused
+from motionlab.scripting.kept import KeptRun
+from motionlab.scripting.lab import Lab, shown_share
 from motionlab.scripting.run import Run
 from motionlab.scripting.session import Session, parquet_of
 from motionlab.scripting.study_result import StudyResult
@@ -99,7 +98,9 @@ class Client(Lab):
             raise ConfigError(FieldError("scheduler", message, scheduler))
         study = BY_KIND[kind]
         if scenario is not None:
-            request |= {"scenario": _sendable(scenario), "set": changes_of(set)}
+            request["scenario"] = _sendable(scenario)
+        if scenario is not None or set is not None:
+            request["set"] = changes_of(set)
         document = self._answer(study.path, tables(present(request), kind), kind)
         return StudyResult(study, study.document_model.model_validate(document))
 

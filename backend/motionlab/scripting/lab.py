@@ -4,38 +4,30 @@ from __future__ import annotations
 
 import contextlib
 import itertools
-import operator
 import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.config.changes import with_files
-from motionlab.config.scenario import Scenario
-from motionlab.errors import ConfigError, FieldError, RunWarning, naming_extras
+from motionlab.errors import ConfigError, FieldError, RunWarning
 from motionlab.executors.progress import has_bars, progress_shown, share_done, shows_progress
 from motionlab.library.run import check_name
+from motionlab.scripting.arguments import Changes, Source, changes_of, plain, tables
 from motionlab.scripting.run import Run
 from motionlab.scripting.study_result import StudyResult
-from motionlab.studies.sweep.documents import CASES_MAX
+from motionlab.studies.sweep.request import CASES_MAX, Searcher
+from motionlab.studies.table import BY_KIND
 
 if TYPE_CHECKING:
     from motionlab.motor_design.document import DesignDocument
     from motionlab.scripting.kept import KeptRun
     from motionlab.studies.identify.documents import IdentificationDocument
     from motionlab.studies.montecarlo.documents import MonteCarloDocument
+    from motionlab.studies.sensitivity.documents import SensitivityDocument
     from motionlab.studies.sweep.documents import SweepDocument
     from motionlab.studies.tune.documents import TuneDocument
-
-Source = str | Path | Mapping[str, Any] | Scenario
-"""A scenario: name of a shipped one, a ``.toml`` file, its tables, or one that was loaded."""
-
-Changes = Mapping[str, Any] | None
-"""Dotted path to value, SI, such as ``{"variants.B.controller.x.k_p": 312e3}``."""
 
 Values = Sequence[Any] | NDArray[Any] | Mapping[str, Any]
 """Values of a swept field, or ``{"start": ..., "stop": ..., "count": ..., "scale": "log"}``."""
@@ -44,6 +36,7 @@ Values = Sequence[Any] | NDArray[Any] | Mapping[str, Any]
 Table = Mapping[str, Any] | None
 Axis = Literal["x", "y"]
 AxisChoice = Literal["x", "y", "both"]
+Combination = Literal["grid", "list", "random", "latin-hypercube", "sobol", "search"]
 Objective = Literal["peak", "rms", "itae", "settling", "effort"]
 
 
@@ -95,16 +88,21 @@ class Lab(ABC):
             warnings.warn(note, RunWarning, stacklevel=2)
         return run
 
-    def sweep(
+    def sweep(  # noqa: PLR0913 - the fields of its request
         self,
         scenario: Source,
         grid: Mapping[str, Values],
         set: Changes = None,
         *,
-        combine: Literal["grid", "list"] = "grid",
+        combine: Combination = "grid",
+        samples: int | None = None,
+        sampling_seed: int | None = None,
+        searcher: Searcher | None = None,
+        objectives: Sequence[str] = (),
+        limits: Sequence[Mapping[str, Any]] = (),
         scheduler: str | None = None,
     ) -> StudyResult[SweepDocument]:
-        """Run a scenario over a grid, or a list, of values of any fields (docs/sweep.md).
+        """Run a scenario over values of any fields, listed, drawn or searched (docs/sweep.md).
 
         Parameters
         ----------
@@ -112,16 +110,64 @@ class Lab(ABC):
             As for `run`.
         grid : mapping of str to values
             Dotted path to a sequence of values, SI or names, or to a range such as
-            ``{"start": 1e5, "stop": 1e6, "count": 10, "scale": "log"}``.
+            ``{"start": 1e5, "stop": 1e6, "count": 10, "scale": "log"}``, without ``count`` where
+            `samples` is the number of cases.
         combine : str
-            ``grid``: every combination; ``list``: first values together, then second ones.
+            ``grid``: every combination; ``list``: first values together, then second ones;
+            ``random``, ``latin-hypercube``, ``sobol``: drawn; ``search``: for least objectives.
+        samples : int
+            Cases that are drawn or searched.
+        sampling_seed : int
+            Of what is drawn or searched; 0 when left out.
+        searcher : str
+            ``cma-es``, ``nsga-ii``, ``tpe`` or ``gp``; chosen by the request when left out.
+        objectives : sequence of str
+            Such as ``B.worst.max_abs_following_error``: less is better, of margins more.
+        limits : sequence of mapping
+            Such as ``{"of": "B.x.gain_margin", "at_least": 2.0}``.
         scheduler : str
             As for `tune`.
         """
         if not isinstance(grid, Mapping):
             raise ConfigError(FieldError("grid", "is no mapping of paths to values", grid))
-        fields = [{"path": path} | _dimension(path, values) for path, values in grid.items()]
-        return self._study("sweep", scenario, set, scheduler, grid=fields, combine=combine)
+        request = {
+            "grid": [{"path": path} | _dimension(path, values) for path, values in grid.items()],
+            "combine": combine,
+            "samples": samples,
+            "sampling_seed": sampling_seed,
+            "searcher": searcher,
+            "objectives": list(objectives),
+            "limits": list(limits),
+        }
+        return self._study("sweep", scenario, set, scheduler, **request)
+
+    def sensitivity(  # noqa: PLR0913 - the fields of its request
+        self,
+        scenario: Source = "circle",
+        set: Changes = None,
+        *,
+        fields: Sequence[str] = (),
+        step: float = 0.01,
+        margins: bool = False,
+        scheduler: str | None = None,
+    ) -> StudyResult[SensitivityDocument]:
+        """Find how every metric changes with each number of a scenario (docs/sweep.md).
+
+        Parameters
+        ----------
+        scenario, set
+            As for `run`.
+        fields : sequence of str
+            Numbers, or tables for all numbers in them, by dotted path; all when left out.
+        step : float
+            Share by which each is changed, down and up.
+        margins : bool
+            Also of gain and phase margins.
+        scheduler : str
+            As for `tune`.
+        """
+        request = {"fields": list(fields), "step": step, "margins": margins}
+        return self._study("sensitivity", scenario, set, scheduler, **request)
 
     def tune(  # noqa: PLR0913 - the fields of its request
         self,
@@ -163,7 +209,8 @@ class Lab(ABC):
             ``gain_margin`` (1), ``phase_margin`` (rad), ``Ms`` (1), ``saturated`` (1), ``force``
             (N); None switches one off.
         also : mapping of str to (low, high)
-            Further numbers of the controller to search, such as ``compensation.gain``.
+            Further numbers of the controller to search, such as ``compensation.gain``: any that its
+            law declares.
         starts : int
             Starts of the simplex, the first from the present gains.
         evaluations : int
@@ -316,6 +363,33 @@ class Lab(ABC):
         request = {"preset": preset, "requirements": requirements, "dimensions": dimensions}
         return self._study("design", None, None, None, **request)
 
+    def study(
+        self,
+        kind: str,
+        scenario: Source | None = None,
+        set: Changes = None,
+        *,
+        scheduler: str | None = None,
+        **fields: Any,
+    ) -> StudyResult[Any]:
+        """Carry out a study by its name: one that ships, or one's own (docs/rest.md, Studies).
+
+        Parameters
+        ----------
+        kind : str
+            Such as ``response``, ``learn`` or ``minute``: the kind of its jobs.
+        scenario, set
+            As for `run`; the study's own scenario when left out.
+        scheduler : str
+            As for `tune`.
+        **fields
+            Further fields of its request.
+        """
+        if kind not in BY_KIND:
+            allowed = "one of " + ", ".join(BY_KIND)
+            raise ConfigError(FieldError("kind", "is no study", kind, allowed))
+        return self._study(kind, scenario, set, scheduler, **fields)
+
     @abstractmethod
     def kept(self, run: str) -> KeptRun:
         """Return a kept run: its metrics, its scenario, and every channel.
@@ -340,119 +414,6 @@ class Lab(ABC):
         **request: Any,
     ) -> Any:
         """Return the result of a study; fields of the request that are None are left out."""
-
-
-def present(request: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the fields of a request that are not left out."""
-    return {name: value for name, value in request.items() if value is not None}
-
-
-def readable(scenario: Source) -> str | Path | dict[str, Any]:
-    """Return a scenario as `load_scenario` takes it; text that ends with ``.toml`` is a path."""
-    match scenario:
-        case Scenario():
-            return scenario.model_dump(mode="json")
-        case Mapping():
-            return tables(scenario, "scenario")
-        case str() | Path():
-            return path_of(scenario, "scenario")
-    kinds = "a name, a .toml file, tables or a Scenario"
-    raise ConfigError(FieldError("scenario", f"must be {kinds}", scenario))
-
-
-def path_of(text: str | Path, loc: str) -> str | Path:
-    """Return text that ends with ``.toml`` as a path."""
-    if "\0" in str(text):
-        raise ConfigError(FieldError(loc, "holds a zero byte", str(text)))
-    return Path(text) if str(text).endswith(".toml") else text
-
-
-def changes_of(value: object) -> dict[str, Any]:
-    """Return changes in types of JSON, the files that they name for a part read."""
-    return with_files(tables(value, "set"))
-
-
-def tables(value: object, loc: str) -> dict[str, Any]:
-    """Return a mapping in types of JSON; None is an empty one.
-
-    Raises
-    ------
-    ConfigError
-        If it is no mapping of names, or nested too deeply.
-    """
-    if value is None:
-        return {}
-    if not isinstance(value, Mapping) or not all(isinstance(key, str) for key in value):
-        raise ConfigError(FieldError(loc, "is no mapping of names to values", value))
-    try:
-        return _with_motion(plain(value))
-    except RecursionError:
-        raise ConfigError(FieldError(loc, "is nested too deeply")) from None
-
-
-def _with_motion(value: dict[str, Any]) -> dict[str, Any]:
-    """Return a table in which samples of a kept run stand in its place."""
-    own = value.get("kind") == "samples"
-    motion = value if own else value.get("trajectory")
-    if not (isinstance(motion, dict) and motion.get("kind") == "samples" and "run" in motion):
-        return value
-    with naming_extras("the motion of a kept run"):
-        from motionlab.exchange.run_motion import motion_of_run
-
-    others = {key: item for key, item in motion.items() if key != "run"}
-    table = motion_of_run(str(motion["run"]), "trajectory.run") | others
-    return table if own else value | {"trajectory": table}
-
-
-def plain(value: Any) -> Any:
-    """Return a value in types of JSON: arrays and numbers of numpy become Python's."""
-    if isinstance(value, Mapping):
-        return {key: plain(item) for key, item in value.items()}
-    if isinstance(value, np.ndarray | np.generic):
-        return value.tolist()
-    if isinstance(value, list | tuple | range):
-        return [plain(item) for item in value]
-    return str(value) if isinstance(value, Path) else value
-
-
-_HOLDS = {
-    "minimum": operator.ge,
-    "exclusive_minimum": operator.gt,
-    "maximum": operator.le,
-    "exclusive_maximum": operator.lt,
-}
-
-
-def check_number(
-    loc: str, value: object, *, unit: str = "", whole: bool = False, **bounds: float
-) -> None:
-    """Check a number that no request does.
-
-    Raises
-    ------
-    ConfigError
-        If it is none, or beyond its bounds.
-    """
-    kinds = (int, np.integer) if whole else (int, float, np.integer, np.floating)
-    if not isinstance(value, kinds) or isinstance(value, bool):
-        message = "must be a whole number" if whole else "must be a number"
-    elif not all(_HOLDS[name](value, bound) for name, bound in bounds.items()):
-        message = "is out of range"
-    else:
-        return
-    raise ConfigError(FieldError(loc, message, value, unit=unit, bounds=bounds))
-
-
-def check_words(loc: str, value: object) -> None:
-    """Check text that no request does.
-
-    Raises
-    ------
-    ConfigError
-        If it is something else.
-    """
-    if not isinstance(value, str):
-        raise ConfigError(FieldError(loc, "must be text", value))
 
 
 @contextlib.contextmanager

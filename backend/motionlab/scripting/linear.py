@@ -13,7 +13,7 @@ from motionlab.loop.family import stability_limits
 from motionlab.loop.linearise import SLIDING, StateSpace
 from motionlab.loop.linearise import linearise as linearised
 from motionlab.loop.margins import Margins, margins
-from motionlab.scripting.lab import Changes, Source, changes_of, check_number, readable
+from motionlab.scripting.arguments import Changes, Source, changes_of, check_number, readable
 from motionlab.timing import CONTROL_PERIOD
 
 if TYPE_CHECKING:

@@ -8,18 +8,17 @@ from motionlab.config.load import load_scenario
 from motionlab.errors import naming_extras
 from motionlab.executors.executor import executing
 from motionlab.executors.progress import first_use, tick_bar
-from motionlab.scripting.lab import (
+from motionlab.scripting.arguments import (
     Changes,
-    Lab,
     Source,
     changes_of,
     check_number,
     check_words,
     present,
     readable,
-    shown_share,
     tables,
 )
+from motionlab.scripting.lab import Lab, shown_share
 from motionlab.scripting.run import Run, record_of
 from motionlab.scripting.study_result import StudyResult
 from motionlab.studies.table import BY_KIND
@@ -101,7 +100,7 @@ class Local(Lab):
             check_words("scheduler", scheduler)
         study = BY_KIND[kind]
         source = None if scenario is None else readable(scenario)
-        if scenario is not None:
+        if scenario is not None or set is not None:
             request["set"] = changes_of(set)
         with naming_extras(kind):
             plan = study.plan(tables(present(request), kind), source)

@@ -21,8 +21,8 @@ from motionlab.exchange.paths.reading import (
 from motionlab.exchange.paths.samples import SUFFIXES, table_of, table_of_file
 from motionlab.executors.progress import first_use
 from motionlab.library.trajectories import trajectory_table
+from motionlab.scripting.arguments import Changes, Source, changes_of, readable, tables
 from motionlab.scripting.channels import Samples
-from motionlab.scripting.lab import Changes, Source, changes_of, readable, tables
 from motionlab.simulation.prepare import limit_sets, planned
 from motionlab.timing import CONTROL_PERIOD
 from motionlab.trajectories.reference import sample

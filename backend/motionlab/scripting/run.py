@@ -17,7 +17,7 @@ from motionlab.reports.markup import element
 from motionlab.reports.result_text import report
 from motionlab.scripting.channels import Channels, Record, in_notebook
 from motionlab.simulation.result import metadata
-from motionlab.telemetry.channels import stream_columns
+from motionlab.telemetry.law_channels import all_columns
 from motionlab.telemetry.recorder import columns
 from motionlab.telemetry.recording import Recording
 
@@ -34,7 +34,8 @@ class Run(Channels):
     """
 
     def __init__(self, document: dict[str, Any], record: Callable[[], Record]) -> None:
-        super().__init__(dict(stream_columns(document["variants"])), record)
+        laws = {name: [each["law"]] for name, each in document["variants"].items()}
+        super().__init__(dict(all_columns(laws)), record)
         self.document = document
         self.id: str | None = document.get("run")
 

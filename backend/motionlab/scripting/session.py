@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.errors import ConfigError, FieldError, naming_extras
+from motionlab.scripting.arguments import check_number, plain
 from motionlab.scripting.channels import Channels, Kept, Record
 from motionlab.scripting.http_client import LabServer, ServerRefused
-from motionlab.scripting.lab import check_number, plain
 from motionlab.telemetry.channels import Channel
 from motionlab.telemetry.frames import decode
 from motionlab.telemetry.parquet import column_descriptions

@@ -14,12 +14,14 @@ from motionlab.files import check_target, complete_file
 from motionlab.reports.markup import element
 from motionlab.scripting.channels import in_notebook
 from motionlab.studies.study import Study
+from motionlab.studies.sweep.report import case_values
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from motionlab.studies.identify.documents import IdentificationDocument
     from motionlab.studies.montecarlo.documents import MonteCarloDocument
+    from motionlab.studies.sensitivity.documents import SensitivityDocument
     from motionlab.studies.sweep.documents import SweepDocument
     from motionlab.studies.tune.documents import TuneDocument
 
@@ -54,9 +56,10 @@ class StudyResult(Generic[Document]):
         return getattr(self.document, "set")  # noqa: B009 - of some documents only
 
     def rows(self) -> list[Row]:
-        """Return one mapping a case (sweep, montecarlo), candidate (tune) or point (identify), SI.
+        """Return one mapping a case, field, candidate or point, SI.
 
-        Of `montecarlo` with every metric and every drawn number.
+        Of sweep, montecarlo, sensitivity, tune and identify; of `montecarlo` with every metric and
+        every drawn number.
 
         Raises
         ------
@@ -112,19 +115,27 @@ class StudyResult(Generic[Document]):
 
 
 def _of_sweep(document: SweepDocument) -> Iterator[Row]:
-    shape = document.shape
-    for case in range(document.cases):
-        row: Row = {"case": case}
-        place = case
-        for field, size in reversed(list(zip(document.fields, shape, strict=False))):
-            row[field.path] = field.values[place % size]
-            place //= size
-        if len(shape) < len(document.fields):  # a list: first values together, then second ones
-            row |= {field.path: field.values[case] for field in document.fields}
-        for name, variant in document.variants.items():
-            for axis, swept in variant.axes.items():
-                row |= {f"{name}.{axis}.{key}": v[case] for key, v in swept.metrics.items()}
-        yield row
+    paths = [field.path for field in document.fields]
+    columns = {
+        f"{name}.{axis}.{key}": values
+        for name, variant in document.variants.items()
+        for axis, swept in variant.axes.items()
+        for key, values in swept.metrics.items()
+    }
+    for case, values in enumerate(case_values(document)):
+        row: Row = {"case": case, **dict(zip(paths, values, strict=True))}
+        yield row | {name: column[case] for name, column in columns.items()}
+
+
+def _of_sensitivity(document: SensitivityDocument) -> Iterator[Row]:
+    for index, field in enumerate(document.fields):
+        slopes = {
+            f"{name}.{axis}.{metric}": effect.slope[index]
+            for name, axes in document.variants.items()
+            for axis, metrics in axes.items()
+            for metric, effect in metrics.items()
+        }
+        yield {**field.model_dump(), **slopes}
 
 
 def _of_tuning(document: TuneDocument) -> Iterator[Row]:
@@ -157,6 +168,7 @@ def _of_points(document: IdentificationDocument) -> Iterator[Row]:
 
 _ROWS: dict[str, Any] = {
     "sweep": _of_sweep,
+    "sensitivity": _of_sensitivity,
     "tune": _of_tuning,
     "monte-carlo": _of_cases,
     "identify": _of_points,

@@ -100,7 +100,10 @@ def _report(
         "kind": (Literal[kind], kind),
         "partial": (
             None if partial is None else partial | None,
-            Field(default=None, description="Results so far, of a job that is running"),
+            Field(
+                default=None,
+                description="Results so far, of a job that is running or was interrupted",
+            ),
         ),
         "result": (
             document | None,

@@ -33,6 +33,7 @@ _ESTIMATED_FROM = 0.02
 
 _POLL = 0.1  # s between polls for memory and kernels
 _CANCEL_SECONDS = 1.0  # for a cancelled job to end
+_RECORD_SECONDS = 5.0  # between two records of a job that runs
 _ENDED_MAX = 30  # jobs whose end is still listed with those that run
 
 
@@ -211,15 +212,24 @@ class Jobs:
         if job.active:  # else it has been cancelled while it was recorded
             job.doing = asyncio.create_task(self._result(job))
             self._dispatch()
-            await asyncio.wait([job.doing])
+            await self._follow(job, job.doing)
             await self._release(job)
         if self._closed:
+            await self._record(job)  # as far as it is: the next server calls it interrupted
             return
         ended = replace(job)
         if job.active and job.doing is not None:
             ended.ended = time.monotonic()
             self._judge(ended, job.doing)
         await self._finish(ended)
+
+    async def _follow(self, job: _Job, doing: asyncio.Task[bytes]) -> None:
+        """Wait until a job has ended; until then record now and then how far it is."""
+        recorded = job.progress
+        while not (await asyncio.wait([doing], timeout=_RECORD_SECONDS))[0]:
+            if job.progress > recorded:
+                recorded = job.progress
+                await self._record(job)
 
     async def _result(self, job: _Job) -> bytes:
         """Return the JSON result of a job once it has run."""

@@ -90,6 +90,8 @@ def serve(loaded: Loaded, *, opens: bool = False) -> None:
                 value=configured.host,
             )
         )
+    if configured.edit_laws:
+        _check_editing(loaded)
     loaded.export()
     with executing(configured.scheduler):
         pass  # what is no scheduler is refused now
@@ -106,6 +108,7 @@ def serve(loaded: Loaded, *, opens: bool = False) -> None:
             proxies=frozenset(configured.proxies),
             scheduler=configured.scheduler,
             drive=link,
+            edit_laws=configured.edit_laws,
         )
         served = f"http://{shown}:{taken}/"
         if page_root() is None:
@@ -126,6 +129,28 @@ def serve(loaded: Loaded, *, opens: bool = False) -> None:
         local = "127.0.0.1" if configured.host in _EVERY_ADDRESS else shown
         with contextlib.suppress(KeyboardInterrupt):  # how it is meant to end
             _Server(config, f"http://{local}:{taken}/" if opens else None).run(sockets=[listener])
+
+
+def _check_editing(loaded: Loaded) -> None:
+    """Refuse to have laws edited where others than the owner of this machine's account might.
+
+    What is saved runs as code of this process.
+
+    Raises
+    ------
+    ConfigError
+        Without a token, on another address than loopback, or under further names.
+    """
+    configured, origins = loaded.settings, loaded.origins
+    message = ""
+    if configured.token is None:
+        message = "needs a token on loopback, too: set MOTIONLAB_TOKEN, or --token-file"
+    elif not _is_loopback(configured.host):
+        message = f"is possible on loopback only, not on {configured.host}"
+    elif configured.hosts or configured.proxies:
+        message = "is not possible where the server has further names or proxies"
+    if message:
+        raise ConfigError(FieldError(origins.get("edit_laws", "--edit-laws"), message))
 
 
 def _say(line: str) -> None:

@@ -114,6 +114,9 @@ class Settings(Bounds):
         description="Where jobs are computed; None: as MOTIONLAB_SCHEDULER says",
     )
     drive: DriveConfig | None = Field(default=None, description="Link to drives")
+    edit_laws: bool = Field(
+        default=False, description="Whether files of laws of one's own may be changed"
+    )
 
     @property
     def bounds(self) -> Settings:

@@ -48,6 +48,7 @@ _HOST_NAME = re.compile(r"[a-z0-9._-]+|\[[0-9a-f:.]+\]")
 _PASSWORD = re.compile(r"(?<=//)([^/@:]*):[^/@]*@")
 _QUERY = re.compile(r"(?<=[?&])([^=&]+)=[^&]*")
 
+_SWITCH = {"true": True, "1": True, "yes": True, "false": False, "0": False, "no": False}
 _LISTS = {"hosts", "proxies"}  # comma between the parts of a variable; sources add up
 
 
@@ -77,6 +78,15 @@ class ServerSettings(BaseSettings, Bounds):  # pyright: ignore[reportIncompatibl
     )
     laws: str | None = Field(
         default=None, description="Folders and files of laws of one's own, joined as in PATH"
+    )
+    studies: str | None = Field(
+        default=None,
+        description="Folders and files of studies and views of one's own, joined as in PATH",
+    )
+    edit_laws: bool = Field(
+        default=False,
+        description="Whether the page may change files of laws of one's own: code that runs here. "
+        "On loopback only, and with a token",
     )
     data: str | None = Field(
         default=None, description="Folder of runs, trajectories, jobs and force maps"
@@ -115,6 +125,8 @@ class _Environment(EnvSettingsSource):
             return None
         if field_name in _LISTS:
             return tuple(name for part in value.split(",") if (name := part.strip()))
+        if field.annotation is bool:
+            return _SWITCH.get(value.lower(), value)
         if field.annotation in {int, float}:
             for number in (int, float):
                 try:

@@ -192,22 +192,20 @@ def changed(
 
 @contextmanager
 def naming(where: str, changes: Mapping[str, Any] | None = None) -> Iterator[None]:
-    """Have errors say where they are, and the values of some changes."""
-    values = ", ".join(f"{path} = {shown(value)}" for path, value in (changes or {}).items())
-    few = 0 < len(changes or {}) <= _NAMED_MAX
+    """Have errors be of a place of the request, and name their field and the changes there."""
     try:
         yield
     except ConfigError as error:
-        raise ConfigError(
-            *(
-                replace(
-                    e,
-                    loc=f"{where}: {e.loc}",
-                    message=f"{e.message}, with {values}" if few else e.message,
-                )
-                for e in error.errors
-            )
-        ) from None
+        raise ConfigError(*(at_case(where, changes or {}, e) for e in error.errors)) from None
+
+
+def at_case(where: str, changes: Mapping[str, Any], error: FieldError) -> FieldError:
+    """Return an error of a scenario as one of a place of the request; see `naming`."""
+    message = f"{error.loc}: {error.message}"
+    if 0 < len(changes) <= _NAMED_MAX:
+        values = ", ".join(f"{path} = {shown(value)}" for path, value in changes.items())
+        message += f", with {values}"
+    return replace(error, loc=where, message=message)
 
 
 def check_length(ticks: int) -> None:
@@ -230,7 +228,7 @@ def _parcels(cases: CaseTask, tell: Callable[[], None]) -> Iterator[dict[int, Pr
     motions: dict[int, int] = {}
     for place, changes in enumerate(cases.changes):
         try:
-            with naming(f"case {cases.first + place}", changes):
+            with naming(f"cases.{cases.first + place}", changes):
                 case = prepare(changed(cases.scenario, changes, cases.shared))
                 check_length(case.reference.ticks)
         except Infeasible:
@@ -296,13 +294,16 @@ def run_prepared(
             if watch is not None:
                 watch(numbers[first : first + len(errors)], errors)
 
+        # All movers start alike: of those with the same parameters, such as the variants that no
+        # case changes, one runs.
+        run, alike = _different(lanes) if watch is None else (slice(None), slice(None))
         scores = runner.score(
-            lanes, threads=threads, progress=part, watch=None if watch is None else look
+            lanes[:, run], threads=threads, progress=part, watch=None if watch is None else look
         )
         own = (len(members), *shape[1:])
-        failed[members] = scores.failed.reshape(own)
+        failed[members] = scores.failed[alike].reshape(own)
         for name, values in scores.metrics.items():
-            metrics[name][members] = values.reshape(own)
+            metrics[name][members] = values[alike].reshape(own)
         done += len(members)
 
     ended = np.where(failed < 0, np.iinfo(np.int64).max, failed).min(axis=2)
@@ -323,6 +324,19 @@ def lanes_of(epochs: Epochs) -> Array:
             for _, scenario in epochs
         ]
     ).transpose(0, 1, 3, 2)
+
+
+def _different(lanes: Array) -> tuple[list[int], list[int]]:
+    """Return one mover of each set of parameters, and for each mover which of those it is like."""
+    known: dict[bytes, int] = {}
+    first: list[int] = []
+    alike: list[int] = []
+    for mover in range(lanes.shape[1]):
+        number = known.setdefault(lanes[:, mover].tobytes(), len(first))
+        if number == len(first):
+            first.append(mover)
+        alike.append(number)
+    return first, alike
 
 
 def _shared(case: Prepared) -> object:

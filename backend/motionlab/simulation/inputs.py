@@ -14,6 +14,8 @@ from motionlab.config.load import Epochs
 from motionlab.config.plant import AmplifierConfig
 from motionlab.config.scenario import LoadConfig, Scenario
 from motionlab.kernel.layout import INPUT_ROWS, Inputs
+from motionlab.kernel.motion import Ahead
+from motionlab.laws import OWN
 from motionlab.simulation.timeline import Timeline
 from motionlab.timing import CONTROL_PERIOD, to_ticks
 
@@ -34,6 +36,11 @@ def load_force(load: LoadConfig, stop: int, start: int = 0) -> NDArray[np.float6
     return force
 
 
+def input_rows() -> int:
+    """Return the rows of inputs: laws that ship do not look ahead, those of one's own may."""
+    return INPUT_ROWS + (len(Ahead._fields) if OWN else 0)
+
+
 def page_inputs(scenario: Scenario, timeline: Timeline, page: int) -> NDArray[np.float64]:
     """Return the kernel's inputs over one page.
 
@@ -48,19 +55,21 @@ def page_inputs(scenario: Scenario, timeline: Timeline, page: int) -> NDArray[np
 
     Returns
     -------
-    ndarray, shape (ticks in the page, INPUT_ROWS, 2)
-        Fields of `Inputs` for x and y.
+    ndarray, shape (ticks in the page, input_rows(), 2)
+        Fields of `Inputs` for x and y, then those of `Ahead` where there are laws that may use it.
     """
     start = page * PAGE
     stop = start + PAGE if timeline.end is None else min(start + PAGE, timeline.end)
     count = stop - start
-    inputs = np.zeros((count, INPUT_ROWS, 2))
+    inputs = np.zeros((count, input_rows(), 2))
     for name, values in zip(
         ("p_ref", "v_ref", "a_ref", "load"), timeline.at(start, stop), strict=True
     ):
         inputs[:, _ROW[name]] = values
     if scenario.learnt is not None:
         inputs[:, _ROW["learnt"]] = timeline.learnt(scenario.learnt, start, stop)
+    if inputs.shape[1] > INPUT_ROWS:
+        timeline.ahead(start, stop, inputs[:, INPUT_ROWS:])
     for axis, config in enumerate((scenario.plant.x, scenario.plant.y)):
 
         def draw(source: int, rms: float, axis: int = axis) -> NDArray[np.float64] | float:

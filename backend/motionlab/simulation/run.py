@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from motionlab.config.planar import AXES
 from motionlab.kernel.layout import SAMPLE_ROWS
 from motionlab.simulation.prepare import Prepared
+from motionlab.simulation.record import write_states
 from motionlab.simulation.simulation import (
     Simulation,
     Snapshot,
@@ -17,7 +18,8 @@ from motionlab.simulation.simulation import (
     variant_columns,
 )
 from motionlab.telemetry.channels import CHANNELS
-from motionlab.telemetry.recording import Divergence, Recording, VariantRecord
+from motionlab.telemetry.law_channels import laws_of_variants, state_columns
+from motionlab.telemetry.recording import Divergence, Recording, VariantRecord, states_of
 
 _LAST_STATES = 5
 
@@ -52,12 +54,17 @@ def run(
     simulation = Simulation(prepared, start=start)
     first = simulation.tick
     stop = prepared.reference.ticks if stop is None else stop
-    page = sample_page(len(names))
+    of_laws = state_columns(laws_of_variants(prepared.epochs))
+    states = np.empty((len(of_laws), stop - first), dtype=np.float32)
+    page = sample_page(len(names), states=bool(of_laws))
     columns = np.empty((len(names), SAMPLE_ROWS, len(AXES), stop - first), dtype=np.float32)
+    scenario = simulation.scenario  # whose laws are in effect until `advance` returns
     while count := simulation.advance(page[:, : stop - simulation.tick]):
         done = slice(simulation.tick - count - first, simulation.tick - first)
         for variant in range(len(names)):
-            columns[variant, :, :, done] = variant_columns(page, variant, count)
+            columns[variant, :, :, done] = variant_columns(page, variant, count)[:SAMPLE_ROWS]
+        write_states(scenario, of_laws, page, states[:, done])
+        scenario = simulation.scenario
         if progress is not None:
             progress(count)
 
@@ -66,7 +73,12 @@ def run(
         divergence = None if failed is None else _divergence(columns[variant], failed, first)
         if failed is not None:
             columns[variant, :, :, failed - first :] = np.nan
-        records[name] = VariantRecord(columns[variant], divergence)
+        own = {each.name: each.channel for each in of_laws if each.variant == name}
+        named = {each.name: row for each, row in zip(of_laws, states, strict=True)}
+        if failed is not None:
+            for each in own:
+                named[each][failed - first :] = np.nan
+        records[name] = VariantRecord(columns[variant], divergence, states_of(name, named, own))
     reference = prepared.reference
     shared = (reference.position, reference.velocity, reference.acceleration, prepared.load)
     return Recording(np.stack([column[first:stop].T for column in shared]), records, first)

@@ -18,12 +18,14 @@ from motionlab.kernel.build import (
 )
 from motionlab.kernel.force_maps import check_maps
 from motionlab.kernel.law_calls import laws_of
-from motionlab.kernel.layout import FORCE_LIMIT_ROW, SAMPLE_ROWS, reads_tables, state_row
+from motionlab.kernel.law_renewal import Renewal
+from motionlab.kernel.layout import FORCE_LIMIT_ROW, SAMPLE_ROWS, LawState, reads_tables, state_row
 from motionlab.kernel.tick import run_lanes, run_ticks
 from motionlab.lanes import WIDTH
-from motionlab.simulation.inputs import PAGE, load_force, page_inputs
+from motionlab.simulation.inputs import PAGE, input_rows, load_force, page_inputs
 from motionlab.simulation.prepare import Epochs, Prepared
 from motionlab.simulation.timeline import Timeline
+from motionlab.telemetry.channels import Sample
 from motionlab.timing import to_ticks
 
 Array = NDArray[np.float64]
@@ -31,6 +33,7 @@ ReadyEpoch = tuple[int, Scenario, Array]
 """First tick, parameters that hold from there, and the numbers of their lanes."""
 
 _FAILED = state_row("failed")
+_FORCE = Sample._fields.index("force_command")
 BRAKING = 0.5
 """Share of the largest acceleration with which a stop brakes."""
 
@@ -93,7 +96,7 @@ class Simulation:
 
         Parameters
         ----------
-        samples : ndarray of float32, shape (blocks, ticks, SAMPLE_ROWS, WIDTH)
+        samples : ndarray of float32, shape (blocks, ticks, SAMPLE_ROWS or more, WIDTH)
             Overwritten by the samples of as many ticks as were advanced.
 
         Returns
@@ -152,6 +155,31 @@ class Simulation:
         self._changes = list(changes)
         self._apply_changes()
         return self.tick
+
+    def force_commands(self) -> NDArray[np.float32] | None:
+        """Return the force that each controller is about to command, N; nothing advances.
+
+        Returns
+        -------
+        ndarray of float32, shape (variants, axes), or None
+            None at the end of the motion, and where the kernel has not been loaded.
+        """
+        end = self.timeline.end
+        if (end is not None and self.tick >= end) or not _kernel_is_loaded():
+            return None
+        page, offset = divmod(self.tick, PAGE)
+        inputs = self._inputs(page)[offset : offset + 1]
+        samples = np.empty((self.blocks, 1, SAMPLE_ROWS, WIDTH), dtype=np.float32)
+        for block, (parameters, tabled) in enumerate(
+            zip(self._parameters, self._tabled, strict=True)
+        ):
+            run_ticks(parameters, self._state[block].copy(), inputs, samples[block], tabled)
+        forces = samples[:, 0, _FORCE].reshape(-1, LANES_PER_VARIANT)
+        return forces[: len(self._scenario.variants)]
+
+    def law_taken(self, renewal: Renewal) -> None:
+        """Carry the states of laws over to other versions, once those are in place."""
+        renewal.carry(self._state)
 
     def push(self, axis: int, force: float, ticks: int) -> None:
         """Push the mover of every variant with `force`, N, towards positive positions."""
@@ -212,11 +240,13 @@ class Simulation:
         self._parameters[:, FORCE_LIMIT_ROW] = 0.0
 
     def _forget_pages(self) -> None:
-        self._page = (-1, np.empty(0))
+        self._page = (-1, np.empty((0, 0, 2)))
         self._reference_page = (-1, np.empty((0, 0), dtype=np.float32))
 
     def _inputs(self, page: int) -> Array:
-        if self._page[0] != page:
+        held, inputs = self._page
+        # Or a law that may look ahead has come meanwhile.
+        if held != page or inputs.shape[1] < input_rows():
             self._page = (page, page_inputs(self._scenario, self.timeline, page))
         return self._page[1]
 
@@ -252,10 +282,14 @@ def _kernel_is_loaded() -> bool:
     return bool(getattr(run_lanes, "signatures", True))
 
 
-def sample_page(variants: int) -> NDArray[np.float32]:
-    """Return room for one page of samples of some variants, as `Simulation.advance` takes it."""
+def sample_page(variants: int, *, states: bool = False) -> NDArray[np.float32]:
+    """Return room for one page of samples of some variants, as `Simulation.advance` takes it.
+
+    With `states` it has rows for those of laws, too.
+    """
     blocks = -(-variants // VARIANTS_PER_BLOCK)
-    return np.empty((blocks, PAGE, SAMPLE_ROWS, WIDTH), dtype=np.float32)
+    rows = SAMPLE_ROWS + (len(LawState._fields) if states else 0)
+    return np.empty((blocks, PAGE, rows, WIDTH), dtype=np.float32)
 
 
 def variant_columns(samples: NDArray[np.float32], variant: int, count: int) -> NDArray[np.float32]:

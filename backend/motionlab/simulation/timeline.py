@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.learnt_force import LearntForce
+from motionlab.kernel.motion import AHEAD
 from motionlab.simulation.learnt import Lap, lap_of, over_lap
 from motionlab.timing import CONTROL_PERIOD
 from motionlab.trajectories.reference import Reference
@@ -45,28 +46,50 @@ class Timeline:
     def at(self, start: int, stop: int) -> tuple[Array, Array, Array, Array]:
         """Return position, velocity, acceleration reference and load over [start, stop), (n, 2)."""
         ticks = np.arange(start, stop)
-        reference = self._reference
-        index = self._index(ticks)
-        position = reference.position[index]
-        velocity = reference.velocity[index]
-        acceleration = reference.acceleration[index]
+        position, velocity, acceleration = self._motion(ticks)
         load = self._load[np.minimum(ticks, len(self._load) - 1)]  # a copy, added to below
         for tick, force in self._loads:
             if tick < stop:
                 load[max(tick - start, 0) :] = force(stop, max(tick, start))
-        if self._stop is not None and stop > self._stop[0]:
-            braked = ticks >= self._stop[0]
-            position, velocity, acceleration = position.copy(), velocity.copy(), acceleration.copy()
-            position[braked], velocity[braked], acceleration[braked] = self._braking(ticks[braked])
         for begin, end, axis, force in self._pushes:
             if begin < stop and end > start:
                 load[max(begin - start, 0) : end - start, axis] += force
         return position, velocity, acceleration, load
 
+    def _motion(self, ticks: NDArray[np.int64]) -> tuple[Array, Array, Array]:
+        """Return position, velocity and acceleration reference of ticks in a row, (n, 2)."""
+        reference, index = self._reference, self._index(ticks)
+        position = reference.position[index]
+        velocity = reference.velocity[index]
+        acceleration = reference.acceleration[index]
+        if self._stop is not None and ticks.size and ticks[-1] >= self._stop[0]:
+            braked = ticks >= self._stop[0]
+            position, velocity, acceleration = position.copy(), velocity.copy(), acceleration.copy()
+            position[braked], velocity[braked], acceleration[braked] = self._braking(ticks[braked])
+        return position, velocity, acceleration
+
+    def ahead(self, start: int, stop: int, out: Array) -> Array:
+        """Write the motion to come over [start, stop), fields of `Ahead`, (n, fields, 2).
+
+        It is what is known at the time: of a stop only from its first tick on, which keeps the
+        phase, too, `lap_phase`.
+        """
+        motion = self._motion(np.arange(start, stop + AHEAD))
+        for k in range(AHEAD):
+            for row, values in enumerate(motion, 3 * k):
+                out[:, row] = values[k + 1 : k + 1 + stop - start]
+        ticks = np.arange(start, stop)
+        if self._stop is not None:
+            ticks = np.minimum(ticks, self._stop[0])
+        reference = self._reference
+        phase = lap_phase(self._places(ticks), reference.ticks, reference.period)
+        out[:, 3 * AHEAD] = phase[:, None]
+        return out
+
     def learnt(self, force: LearntForce, start: int, stop: int) -> Array:
         """Return what was learnt of the motion over [start, stop), N, (n, 2): 0 beside its laps."""
         ticks = np.arange(start, stop)
-        index = np.arange(self._reference.ticks)[self._index(ticks)]
+        index = self._places(ticks)
         lap = self._lap
         values = over_lap(force, lap)[(index - lap.first) % max(lap.ticks, 1)]
         out = index < lap.first
@@ -119,6 +142,11 @@ class Timeline:
         lap = last - self._repeats_from
         return np.where(ticks < last, ticks, self._repeats_from + (ticks - last) % lap)
 
+    def _places(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return the indices of ticks in the trajectory as numbers."""
+        index = self._index(ticks)
+        return np.arange(index.start, index.stop) if isinstance(index, slice) else index
+
     def _braking(self, ticks: NDArray[np.int64]) -> tuple[Array, Array, Array]:
         assert self._stop is not None
         tick, position, velocity, limits = self._stop
@@ -131,6 +159,16 @@ class Timeline:
             velocity - way * limits * moving,
             np.where(t < rest, -way * limits, 0.0),
         )
+
+
+def lap_phase(index: NDArray[np.int64], ticks: int, period: int) -> Array:
+    """Return the share of its lap that is done at ticks of a motion, from 0 on, below 1.
+
+    Laps are those before the motion's end, of `period` ticks each; what comes before the first
+    whole one is the end of a lap. A motion without laps is one.
+    """
+    lap = period or ticks
+    return ((index - ticks) % lap) / lap
 
 
 def _repeats_from(reference: Reference) -> int | None:

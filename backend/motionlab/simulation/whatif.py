@@ -14,7 +14,7 @@ from motionlab.config.load import epochs, load_scenario, read_source
 from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError, FieldError
 from motionlab.kernel.force_maps import map_digests
-from motionlab.laws import SOURCES
+from motionlab.laws import REDECLARED, SOURCES
 from motionlab.simulation.prepare import Prepared, needs_plan, prepare
 from motionlab.simulation.run import run
 from motionlab.simulation.simulation import Simulation, Snapshot, sample_page
@@ -161,6 +161,9 @@ def _fits_a_running_session(changes: Mapping[str, Any]) -> bool:
 def _unchanged(tables: str) -> Scenario:
     """Return the scenario of resolved tables, given as JSON."""
     return load_scenario(json.loads(tables))
+
+
+REDECLARED.append(_unchanged.cache_clear)
 
 
 @functools.lru_cache(maxsize=4)

@@ -5,11 +5,14 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from motionlab.config.bounds import FILE_MAX
 from motionlab.config.named_configs import names, parse_text
 from motionlab.errors import ConfigError, FieldError
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
 
 
 def add_scenario(parser: argparse.ArgumentParser, what: str = "", *, shipped: str = "") -> None:
@@ -45,6 +48,40 @@ def add_scheduler(parser: argparse.ArgumentParser) -> None:
         "tcp://127.0.0.1:PORT, `motionlab docs cluster` (default: MOTIONLAB_SCHEDULER, or "
         "else threads)",
     )
+
+
+def add_fields(parser: Any, model: type[BaseModel], known: set[str]) -> None:
+    """Add an option for each number, text and choice of a model whose name is not known yet.
+
+    Parameters
+    ----------
+    parser : ArgumentParser or its group
+        That gets the options.
+    model : type
+        Whose fields they are.
+    known : set of str
+        Names that are left out; those of the added options go in.
+    """
+    from motionlab.config.fields import fields_of
+    from motionlab.config.validation_errors import members
+
+    for name, field in fields_of(model).items():
+        if name in known or name not in model.model_fields:
+            continue
+        kinds = members(model.model_fields[name].annotation)
+        known.add(name)
+        default = "" if field.default is None else f", default {field.default}"
+        text = f"{field.description}{default}".replace("%", "%%")
+        if field.choices:
+            choices = [choice.value for choice in field.choices]
+            parser.add_argument(f"--{name}", choices=choices, help=text)
+        elif field.whole:
+            parser.add_argument(f"--{name}", metavar="N", type=int, help=text)
+        elif float in kinds:
+            metavar = field.unit.upper() or "X"
+            parser.add_argument(f"--{name}", metavar=metavar, type=float, help=text)
+        elif str in kinds:
+            parser.add_argument(f"--{name}", metavar="TEXT", help=text)
 
 
 def source(options: argparse.Namespace) -> str | Path | dict[str, Any]:

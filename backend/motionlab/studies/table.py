@@ -7,8 +7,12 @@ from motionlab.studies.identify.study import IdentifyStudy
 from motionlab.studies.learn.study import LearnStudy
 from motionlab.studies.loop.study import FrequencySweepStudy
 from motionlab.studies.maps import MapStudy
+from motionlab.studies.minute.study import MinuteStudy
 from motionlab.studies.montecarlo.study import MonteCarloStudy
+from motionlab.studies.own import own_studies
 from motionlab.studies.platform import PlatformStudy
+from motionlab.studies.response.study import ResponseStudy
+from motionlab.studies.sensitivity.study import SensitivityStudy
 from motionlab.studies.sharing.study import SharingStudy
 from motionlab.studies.sizing import SizingStudy
 from motionlab.studies.study import Study
@@ -16,7 +20,7 @@ from motionlab.studies.sweep.study import SweepStudy
 from motionlab.studies.tune.study import LandscapeStudy, TuneStudy
 from motionlab.studies.why.study import WhyStudy
 
-STUDIES: tuple[Study, ...] = (
+SHIPPED: tuple[Study, ...] = (
     SizingStudy(),
     IdentifyStudy(),
     TuneStudy(),
@@ -24,11 +28,17 @@ STUDIES: tuple[Study, ...] = (
     LearnStudy(),
     MonteCarloStudy(),
     SweepStudy(),
+    SensitivityStudy(),
     WhyStudy(),
+    MinuteStudy(),
+    ResponseStudy(),
     FrequencySweepStudy(),
     MapStudy(),
     SharingStudy(),
     PlatformStudy(),
     ReproduceStudy(),
 )
+OWN = own_studies(SHIPPED, ("simulate", "replay"))
+"""Studies of one's own."""
+STUDIES: tuple[Study, ...] = (*SHIPPED, *OWN)
 BY_KIND: dict[str, Study] = {study.kind: study for study in STUDIES}

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, get_type_hints
 
+from motionlab.declarations import field_comments
 from motionlab.targets.c_comments import comment, inside_comment
 from motionlab.targets.c_expression import INDENT, WIDTH
 from motionlab.targets.c_function import LiveFunction
 from motionlab.targets.c_liveness import Liveness
 from motionlab.targets.c_words import ascii_name, free_name, safe
-from motionlab.targets.record_source import field_comments
 from motionlab.targets.record_statements import Assignment, walk
 from motionlab.targets.record_structures import snake
 

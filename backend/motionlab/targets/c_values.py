@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from motionlab.declarations import field_comments
 from motionlab.targets.c_comments import inside_comment
 from motionlab.targets.c_expression import INDENT, WIDTH, number
 from motionlab.targets.c_program import Program
 from motionlab.targets.c_words import safe
-from motionlab.targets.record_source import field_comments
 
 _IN_A_LINE = 4
 

@@ -48,6 +48,8 @@ from motionlab.targets.record_values import (
     value_of,
 )
 
+LOOP_MAX = 100_000
+"""Turns of a loop that is recorded once, where their number is known."""
 TURNS_MAX = 10_000
 """Most turns of loops in a recording, but for those whose turns are all alike."""
 
@@ -260,7 +262,9 @@ class Recorder:
         return Variable(frame.free_name(label) if label else "", value.kind, pointer=True)
 
     def loop_begin(self, count: Any, line: int) -> None:
-        """Record the begin of a loop."""
+        """Record the begin of a loop, which must not take longer than a control period."""
+        if isinstance(count, int) and count > LOOP_MAX:
+            raise RecordError(f"line {line}: a loop of {count} turns, of which {LOOP_MAX} may be")
         frame = self._frames[-1]
         loop = Loop(expression_of(count), line)
         frame.blocks[-1].append(loop)

@@ -14,15 +14,14 @@ from __future__ import annotations
 import ast
 import functools
 import inspect
-import io
 import sys
 import textwrap
-import tokenize
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from types import CodeType
 from typing import Any
 
+from motionlab.declarations import comments_by_line
 from motionlab.targets.record_values import RecordError
 
 HOOK = "__record__"
@@ -70,7 +69,7 @@ def source_of(function: Callable[..., Any]) -> FunctionSource:
         definition.body = definition.body[1:]
     _rewrite(definition)
     ast.fix_missing_locations(tree)
-    comments = _comments(text, first)
+    comments = comments_by_line(text, first)
     alone = {first + i for i, line in enumerate(lines) if line.lstrip().startswith("#")}
     return FunctionSource(
         name=function.__name__,
@@ -84,39 +83,10 @@ def source_of(function: Callable[..., Any]) -> FunctionSource:
     )
 
 
-_FOR_TOOLS = "# noqa", "# type:", "# pyright:"
-
-
-def _comments(text: str, first: int) -> dict[int, str]:
-    """Return the comments of a text by line, where `first` is the number of its first one."""
-    tokens = tokenize.generate_tokens(io.StringIO(text).readline)
-    return {
-        token.start[0] + first - 1: token.string.lstrip("#").strip()
-        for token in tokens
-        if token.type == tokenize.COMMENT and not token.string.startswith(_FOR_TOOLS)
-    }
-
-
-@functools.cache
-def field_comments(record: Any) -> dict[str, str]:
-    """Return the comments beside the fields of a NamedTuple class, such as unit and meaning."""
-    if hasattr(record, "comments"):
-        return record.comments
-    lines, _ = inspect.getsourcelines(getattr(record, "_like", record))
-    comments = _comments(textwrap.dedent("".join(lines)), 1)
-    definition = ast.parse(textwrap.dedent("".join(lines))).body[0]
-    assert isinstance(definition, ast.ClassDef)
-    return {
-        line.target.id: comments.get(line.lineno, "")
-        for line in definition.body
-        if isinstance(line, ast.AnnAssign) and isinstance(line.target, ast.Name)
-    }
-
-
 @functools.cache
 def _module_tree(module: str) -> tuple[ast.Module, dict[int, str]]:
     text = inspect.getsource(sys.modules[module])
-    return ast.parse(text), _comments(text, 1)
+    return ast.parse(text), comments_by_line(text, 1)
 
 
 def constant_origin(module: str, name: str) -> tuple[str, str]:

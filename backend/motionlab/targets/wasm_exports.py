@@ -29,7 +29,7 @@ from motionlab.kernel.layout import (
     read_state,
     write_state,
 )
-from motionlab.kernel.motion import seen
+from motionlab.kernel.motion import none_ahead, seen
 from motionlab.kernel.score import measured
 from motionlab.kernel.tick import act, command, learnt_force, measured_position, observe_motion
 from motionlab.lanes import Lanes, axes_at, compiled, pack, record, recorded, select, unpack
@@ -114,7 +114,7 @@ def _advance(
     for k in range(len(inputs)):
         at = axes_at(Inputs, inputs, k, width)
         motion = observe_motion(par, s, at, measured_position(par, s, at))
-        known = seen(par.controller, par.model_friction, motion)
+        known = seen(par.controller, par.model_friction, motion, none_ahead(motion))
         estimate, law_state = estimate_friction(number, par.law, law_state, known)
         controlled = command(par, s, motion, estimate, tables, learnt_force(par, at))
         s, sample = act(par, s, at, controlled, tables, None)

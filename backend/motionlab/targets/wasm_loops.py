@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.kernel.force_gain import force_gains
-from motionlab.kernel.law_calls import seen
 from motionlab.kernel.layout import (
     LAW_NUMBER,
     LAW_OF_STATE,
@@ -21,6 +20,7 @@ from motionlab.kernel.layout import (
     read_state,
     write_state,
 )
+from motionlab.kernel.motion import none_ahead, seen
 from motionlab.kernel.tick import EncoderSample, command, in_effect, observe_motion
 from motionlab.lanes import Lanes, axes_at, compiled, pack, unpack
 from motionlab.loop.lane_controller import (
@@ -49,7 +49,7 @@ def _control_once(numbers: Array, state: Array, inputs: Array, p_meas: Array, wi
     par, s, at = groups(numbers, width), read_state(state, width), axes_at(Inputs, inputs, 0, width)
     measured = unpack(EncoderSample, p_meas, 0, width).p
     motion = observe_motion(par, s, at, measured)
-    known = seen(par.controller, par.model_friction, motion)
+    known = seen(par.controller, par.model_friction, motion, none_ahead(motion))
     law_state = unpack(LawState, state, LAW_STATE, width)
     estimate, law_state = estimate_friction(int(numbers[LAW_NUMBER, 0]), par.law, law_state, known)
     memory, made, signals = command(par, s, motion, estimate, None, None)

@@ -40,7 +40,7 @@ def columns(recording: Recording) -> Iterator[tuple[str, Channel, NDArray[np.flo
     """Yield name, channel and float32 values of every column but ``tick`` and ``time``.
 
     References come first, as ``x.position_reference``; then every channel of every variant, as
-    ``A.x.following_error``.
+    ``A.x.following_error``; then states of laws of one's own, as ``B.x.law_w``.
     """
     for axis, axis_name in enumerate(AXES):
         for row, channel in enumerate(REFERENCES):
@@ -50,6 +50,10 @@ def columns(recording: Recording) -> Iterator[tuple[str, Channel, NDArray[np.flo
         for axis in AXES:
             for channel in CHANNELS:
                 yield f"{name}.{axis}.{channel.name}", channel, record.channel(channel.name, axis)
+    for name, record in recording.variants.items():
+        for axis_name, axis in zip(AXES, range(len(AXES)), strict=True):
+            for channel, states in record.states.items():
+                yield f"{name}.{axis_name}.{channel.name}", channel, states[axis]
 
 
 def write(recording: Recording, path: str, *, metadata: dict[str, str]) -> None:

@@ -25,9 +25,19 @@ export class Catalogue {
   /** Loads the fields of studies' requests, unless they are there. */
   async loadRequests(kinds: readonly StudyKind[]): Promise<void> {
     const unknown = kinds.filter((kind) => !(kind in served.requests));
-    if (unknown.length === 0) return;
+    if (unknown.length > 0) await this.renewRequests(unknown);
+  }
+
+  /** Loads again what laws declare. */
+  async lawsChanged(scenario: string): Promise<void> {
+    served.scenario = await this.api.fields();
+    await this.renewRequests(Object.keys(served.requests) as StudyKind[]);
+    await this.loadShipped(scenario);
+  }
+
+  private async renewRequests(kinds: readonly StudyKind[]): Promise<void> {
     const load = async (kind: StudyKind) => [kind, await this.api.requestFields(kind)] as const;
-    const requests = Object.fromEntries(await Promise.all(unknown.map(load)));
+    const requests = Object.fromEntries(await Promise.all(kinds.map(load)));
     served.requests = { ...served.requests, ...requests };
   }
 

@@ -107,6 +107,13 @@ export class Store {
     return this.session.draft;
   }
 
+  constructor() {
+    this.session.onLaw = () => {
+      const name = this.session.info?.scenario.name ?? '';
+      void this.try(() => this.catalogue.lawsChanged(name));
+    };
+  }
+
   /** Loads lists and session; requests to a busy or unreachable server are repeated. */
   async start(): Promise<void> {
     if (this.mode === 'whatif') this.kernel.warm();

@@ -118,7 +118,7 @@ def test_what_is_not_there_is_refused() -> None:
         entrants(["canudas-de-wit"], {"gian": 1.0})
     with pytest.raises(ConfigError, match="--set gain: no law that is named"):
         entrants([], {"gain": 1.0})
-    with pytest.raises(ConfigError, match=r"compensation\.gain: is out of range; got -1"):
+    with pytest.raises(ConfigError, match=r"--set gain: is out of range; got -1\.0"):
         challenge(entrants(["canudas-de-wit"], {"gain": -1.0}), of=smaller("stair"))
 
 

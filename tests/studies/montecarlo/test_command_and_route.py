@@ -207,7 +207,7 @@ def test_a_plant_that_cannot_follow_counts_against_the_spec() -> None:
 
 def test_a_draw_out_of_range_names_case_and_number() -> None:
     wild = [{"path": "amplifiers.gain", "kind": "normal", "sigma": 5.0}]
-    with pytest.raises(ConfigError, match=r"case \d+: plant\.x\.amplifiers\.gain.*vary it less"):
+    with pytest.raises(ConfigError, match=r"cases\.\d+: plant\.x\.amplifiers\.gain.*vary it less"):
         run_cases(plan(read_request(BODY | {"vary": wild})))
 
 

@@ -78,7 +78,7 @@ def test_the_text_names_gains_margins_and_why_each_start_ended(
         (["--starts", "99"], ["starts", "99", "16"]),
         (["--variant", "Q"], ["variant", "Q"]),
         (["--plants", "nowhere"], ["plant", "nowhere"]),
-        (["--also", "feedforward=1:2"], ["also.feedforward", "one of disturbance_observer"]),
+        (["--also", "feedforward=1:2"], ["also.feedforward", "one of compensation.bristle_limit"]),
     ],
 )
 def test_bad_options_are_refused_by_name(

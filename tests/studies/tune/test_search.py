@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from motionlab.config.load import load_scenario
+from motionlab.config.named_configs import names
 from motionlab.errors import ConfigError
 from motionlab.loop.family import SPEEDS, LoopFamily, with_gains
 from motionlab.loop.linearise import SLIDING, Loop, linearise
@@ -28,7 +29,7 @@ from motionlab.studies.tune.documents import (
     read_request,
 )
 from motionlab.studies.tune.landscape import landscape
-from motionlab.studies.tune.problem import plan
+from motionlab.studies.tune.problem import plan, published_gains
 from motionlab.studies.tune.search import tune
 from tests.simulated import IDEAL
 
@@ -160,6 +161,33 @@ def test_no_range_of_residual_k_is_searched_in_which_it_is_unstable(
     assert refusal.value.errors[0].loc == place
 
 
+@pytest.mark.parametrize(
+    ("changes", "also", "said"),
+    [
+        ({"variants.B.controller": "reversed-k"}, {"k_d_share": [0.5, 1.5]}, "<= 1"),
+        ({}, {"bristle_limit": [0.5, 2.0]}, "is left to the law: set variants.B.controller.comp"),
+        ({}, {"velocity": [1.0, 2.0]}, "law is lugre-observer.*allowed one of compensation.bris"),
+        ({"variants.B.controller": "pd"}, {"gain": [1.0, 2.0]}, "law is off, .* is off.* none"),
+    ],
+)
+def test_a_number_that_the_controller_does_not_use_so_is_not_searched(
+    changes: dict[str, Any], also: dict[str, list[float]], said: str
+) -> None:
+    paths = {f"compensation.{name}": ends for name, ends in also.items()}
+    with pytest.raises(ConfigError, match=said) as refused:
+        searched(set=changes, also=paths)
+    assert refused.value.errors[0].loc == f"also.{next(iter(paths))}"
+
+
+def test_a_number_of_a_law_that_ships_is_searched_from_zero() -> None:
+    share = "compensation.k_d_share"
+    law = {"variants.B.controller": "reversed-k"}
+    also = {share: [0.001, 0.1]}
+    (group,) = searched(set=law, also=also, starts=1, evaluations=20, constraints=FREE).groups
+    assert group.present.also == {share: 0.0}
+    assert 0.001 <= group.candidates[0].also[share] <= 0.1
+
+
 def test_where_none_holds_a_constraint_the_one_that_violates_it_least_comes_first() -> None:
     found = searched(axis="x", starts=5, evaluations=10, constraints=FREE | {"force": 0.01})
     candidates = found.groups[0].candidates
@@ -287,6 +315,29 @@ def test_the_same_request_gives_the_same_document() -> None:
 def test_x_is_tuned_alike_whether_y_is_tuned_beside_it() -> None:
     alone, both = searched(axis="x"), searched()
     assert alone.groups[0].candidates[0] == both.groups[0].candidates[0]
+
+
+TABLE_1 = {
+    "x": {(200300.0, 1530.0), (400000.0, 1480.0), (3200000.0, 1500.0)},
+    "y": {(280500.0, 1080.0), (501600.0, 1570.0), (6000000.0, 3000.0), (800000.0, 1230.0)}
+    | {(987000.0, 1600.0)},
+}
+
+
+@pytest.mark.parametrize("axis", ["x", "y"])
+def test_gains_of_the_paper_are_those_that_it_prints(axis: str) -> None:
+    gains = [published_gains(name, axis) for name in (*names("scenarios"), "another")]
+    assert {(each.k_p, each.k_d) for each in gains} == TABLE_1[axis]
+    pentagram = (200300.0, 1530.0) if axis == "x" else (280500.0, 1080.0)
+    assert (gains[-1].k_p, gains[-1].k_d) == pentagram
+
+
+def test_a_controller_with_gains_of_its_own_is_compared_with_those_of_the_paper() -> None:
+    search = {"scenario": "circle-resonant", "axis": "x", "starts": 1, "evaluations": 10}
+    (group,) = searched(**search).groups
+    assert group.present.axes["x"].k_p == 280000.0
+    assert group.paper.axes["x"].k_p == 200300.0
+    assert mapped(scenario="circle-resonant", axis="x").axes["x"].paper == (200300.0, 1530.0)
 
 
 def test_without_margins_the_gains_run_to_the_edge() -> None:

@@ -7,13 +7,22 @@ of the machine, and what it computes of the machine is thrown away.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from motionlab.drive import faults
 from motionlab.drive.libc import part
 from motionlab.drive.link.bus import Bus, set_output
 from motionlab.drive.link.kernel_symbols import run_plain, run_tabled
 from motionlab.drive.link.memory import Count, Layout, Memory, enter, latch, with_torque
-from motionlab.drive.link.shared import RING_TICKS, Command, Figure, Shared, State, Status
+from motionlab.drive.link.shared import (
+    RECORDED_ROWS,
+    RING_TICKS,
+    Command,
+    Figure,
+    Shared,
+    State,
+    Status,
+)
 from motionlab.drive.process_data import (
     CYCLIC_TORQUE,
     DISABLE_VOLTAGE,
@@ -23,7 +32,8 @@ from motionlab.drive.process_data import (
     SHUTDOWN,
     SWITCHED_ON,
 )
-from motionlab.kernel.layout import SAMPLE_ROWS, STATE_ROWS, Inputs, state_row
+from motionlab.kernel.layout import INPUT_ROWS, STATE_ROWS, Inputs, state_row
+from motionlab.kernel.motion import AHEAD
 from motionlab.lanes import WIDTH
 from motionlab.telemetry.channels import CHANNELS, Owner, Sample
 from motionlab.timing import CONTROL_PERIOD
@@ -64,6 +74,7 @@ def enable(shared: Shared, memory: Memory) -> None:
     memory.outside[:] = 0
     memory.velocity[:] = 0.0
     memory.reference[:] = 0.0
+    memory.inputs[:] = 0.0
     for axis in range(2):
         memory.reference[0, axis] = memory.position[axis]
     enter(shared, State.TESTING if memory.count[Count.TEST] else State.HOLDING)
@@ -84,7 +95,15 @@ def _advance_reference(layout: Layout, shared: Shared, memory: Memory) -> None:
         return
     if status[Status.STATE] == State.HOLDING:
         return
-    # It stops: each axis brakes by itself, at its own deceleration.
+    moving = _brake(layout, reference)
+    count[Count.SINCE] = 0 if moving else count[Count.SINCE] + 1
+    if count[Count.SINCE] > REST:
+        enter(shared, State.READY)
+
+
+@part
+def _brake(layout: Layout, reference: NDArray[np.float64]) -> bool:
+    """Brake a reference, (3, 2), each axis by itself; return whether one still moves."""
     moving = False
     for axis in range(2):
         v = reference[1, axis]
@@ -94,9 +113,26 @@ def _advance_reference(layout: Layout, shared: Shared, memory: Memory) -> None:
         reference[1, axis] = after
         reference[2, axis] = (after - v) / CONTROL_PERIOD
         moving = moving or after != 0.0
-    count[Count.SINCE] = 0 if moving else count[Count.SINCE] + 1
-    if count[Count.SINCE] > REST:
-        enter(shared, State.READY)
+    return moving
+
+
+@part
+def _look_ahead(layout: Layout, shared: Shared, memory: Memory) -> None:
+    """Write the motion to come into the inputs, as `Timeline.ahead`; at rest and braking, too."""
+    command, ahead = shared.command, memory.inputs[0, INPUT_ROWS:]
+    if shared.status[Status.STATE] != State.MOVING:
+        ahead[0:3] = memory.reference
+        _brake(layout, ahead[0:3])
+        ahead[3:6] = ahead[0:3]
+        _brake(layout, ahead[3:6])
+        return  # the phase stays
+    tick, last = memory.count[Count.RUN_TICK], command[Command.RUN_TICKS] - 1
+    for k in range(1, AHEAD + 1):
+        ahead[3 * k - 3 : 3 * k] = shared.reference[min(tick + k, last)]
+    ticks, lap = command[Command.MOTION_TICKS], command[Command.LAP_TICKS]
+    if lap > 0:
+        place = min(max(tick - command[Command.RUN_FIRST], 0), ticks - 1)
+        ahead[6] = ((place - ticks) % lap) / lap
 
 
 @part
@@ -111,6 +147,7 @@ def control(good: bool, layout: Layout, shared: Shared, memory: Memory) -> None:
     if not with_torque(shared):
         return
     inputs, samples = memory.inputs, memory.samples
+    _look_ahead(layout, shared, memory)
     for axis in range(2):
         position = memory.position[axis]
         if not good:
@@ -171,7 +208,7 @@ def _run_controllers(chosen: int, shared: Shared, memory: Memory) -> None:
         for lane in range(0 if x_tabled else 1, WIDTH, 2):
             for row in range(STATE_ROWS):
                 state[row, lane] = other_state[row, lane]
-            for row in range(SAMPLE_ROWS):
+            for row in range(RECORDED_ROWS):
                 samples[0, row, lane] = other_samples[0, row, lane]
 
 

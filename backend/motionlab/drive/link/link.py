@@ -269,11 +269,14 @@ class DriveLink:
         first: int,
         number: int,
         stops: int | None = None,
+        *,
+        lap: tuple[int, int] = (0, 0),
     ) -> None:
         """Begin a motion: position, velocity and acceleration of x and y, shape (ticks, 3, 2).
 
         It begins where the drives hold. Ticks before `first` are the approach, which is not
-        recorded. `number` grows from one motion to the next; `stops` is as of `order`.
+        recorded. `number` grows from one motion to the next; `stops` is as of `order`. The motion
+        itself has the first of `lap` ticks, each lap the second: of them laws know the phase.
 
         Raises
         ------
@@ -294,6 +297,7 @@ class DriveLink:
             command[Command.RUN_TICKS] = len(reference)
             command[Command.RUN_FIRST] = first
             command[Command.RUN] = number
+            command[Command.MOTION_TICKS], command[Command.LAP_TICKS] = lap
             self.order(Order.START, stops)
 
     def test(self, test: OpenLoopTest, number: int, stops: int) -> None:

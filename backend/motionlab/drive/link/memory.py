@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from motionlab.drive.compile_cache import Kept
 from motionlab.drive.libc import part
-from motionlab.drive.link.shared import Figure, Shared, State, Status
+from motionlab.drive.link.shared import RECORDED_ROWS, Figure, Shared, State, Status
 from motionlab.drive.process_data import NODES
 from motionlab.kernel.law_calls import Laws, all_laws
-from motionlab.kernel.layout import INPUT_ROWS, SAMPLE_ROWS, STATE_ROWS
+from motionlab.kernel.layout import INPUT_ROWS, STATE_ROWS
+from motionlab.kernel.motion import Ahead
 from motionlab.lanes import WIDTH
 from motionlab.timing import CONTROL_PERIOD
 
@@ -53,8 +54,8 @@ class Memory(NamedTuple):
 
     count: NDArray[np.int64]  # pyright: ignore[reportIncompatibleMethodOverride]
     state: NDArray[np.float64]  # of eight lanes; lane 0 is x, lane 1 is y
-    inputs: NDArray[np.float64]  # of one tick
-    samples: NDArray[np.float32]  # of one tick
+    inputs: NDArray[np.float64]  # of one tick, with the motion to come
+    samples: NDArray[np.float32]  # of one tick, with the states of laws
     other_state: NDArray[np.float64]  # of lanes with tables, beside some without
     other_samples: NDArray[np.float32]
     position: NDArray[np.float64]  # last measured, m
@@ -90,10 +91,10 @@ def new_memory() -> Memory:
     return Memory(
         np.zeros(len(Count), np.int64),
         np.zeros((STATE_ROWS, WIDTH)),
-        np.zeros((1, INPUT_ROWS, 2)),
-        np.zeros((1, SAMPLE_ROWS, WIDTH), np.float32),
+        np.zeros((1, INPUT_ROWS + len(Ahead._fields), 2)),
+        np.zeros((1, RECORDED_ROWS, WIDTH), np.float32),
         np.zeros((STATE_ROWS, WIDTH)),
-        np.zeros((1, SAMPLE_ROWS, WIDTH), np.float32),
+        np.zeros((1, RECORDED_ROWS, WIDTH), np.float32),
         np.zeros(2),
         np.zeros(2),
         np.zeros((3, 2)),

@@ -16,12 +16,14 @@ from numpy.typing import NDArray
 
 from motionlab.drive.loop_parameters import TABLE_NUMBERS, LoopParameters
 from motionlab.drive.process_data import NODES
-from motionlab.kernel.layout import PARAMETER_ROWS, SAMPLE_ROWS
+from motionlab.kernel.layout import PARAMETER_ROWS, SAMPLE_ROWS, LawState
 from motionlab.lanes import WIDTH
 from motionlab.timing import to_ticks
 
 RUN_TICKS_MAX = to_ticks(300.0)
 """Longest motion, its approach included, ticks."""
+RECORDED_ROWS = SAMPLE_ROWS + len(LawState._fields)
+"""Channels of a lane, then the numbers of its law's state."""
 RING_TICKS = 1 << 16
 """Ticks whose samples are held: 33 s."""
 NEVER = RUN_TICKS_MAX
@@ -79,6 +81,8 @@ class Command(enum.IntEnum):
     TRAVEL_Y = 10
     REST_TICKS = 11  # ticks at rest after which a test ends; 0 for never
     REST_FROM = 12  # first tick of a test that counts as rest
+    MOTION_TICKS = 13  # of the motion from its first recorded tick on, without its braking
+    LAP_TICKS = 14  # of its laps, or all of them; 0 for no phase
 
 
 class Status(enum.IntEnum):
@@ -145,11 +149,11 @@ class Shared(NamedTuple):
     first: NDArray[np.int64]  # tick of the motion from which each set holds; 0 for at once
     reference: NDArray[np.float64]
     """(ticks, 3, 2): position, velocity, acceleration, or currents of the phases, of x and y"""
-    samples: NDArray[np.float32]  # (ticks, SAMPLE_ROWS, 2), a ring
+    samples: NDArray[np.float32]  # (ticks, RECORDED_ROWS, 2), a ring
 
 
 _SHAPES: tuple[tuple[Any, tuple[int, ...]], ...] = (
-    (np.int64, (16,)),
+    (np.int64, (len(Command),)),
     (np.int64, (Status.COUNT,)),
     (np.float64, (Figure.COUNT,)),
     (np.int64, (ROUND_TRIP_BINS,)),
@@ -159,7 +163,7 @@ _SHAPES: tuple[tuple[Any, tuple[int, ...]], ...] = (
     (np.float64, (2, TABLE_NUMBERS)),
     (np.int64, (2,)),
     (np.float64, (RUN_TICKS_MAX, 3, 2)),
-    (np.float32, (RING_TICKS, SAMPLE_ROWS, 2)),
+    (np.float32, (RING_TICKS, RECORDED_ROWS, 2)),
 )
 _LINE = 64  # bytes; two writers never share a cache line
 

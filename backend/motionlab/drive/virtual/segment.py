@@ -55,6 +55,7 @@ from motionlab.drive.virtual.switches import (
 )
 from motionlab.errors import ConfigError, FieldError
 from motionlab.kernel.build import initial_state, lane_parameters
+from motionlab.kernel.layout import INPUT_ROWS
 from motionlab.lanes.bank import TABLES
 from motionlab.simulation.inputs import PAGE, page_inputs
 from motionlab.simulation.timeline import Timeline
@@ -300,8 +301,12 @@ def _inputs(scenario: Scenario) -> NDArray[np.float64]:
     rest = np.zeros((1, 2))
     reference = Reference(rest, rest, rest, (0.0, 0.0), (), (0, 1), (), (), 0)
     timeline = Timeline(reference, rest, endless=True)
-    first = page_inputs(scenario, timeline, 0)
+
+    def page(number: int) -> NDArray[np.float64]:
+        return page_inputs(scenario, timeline, number)[:, :INPUT_ROWS]
+
+    first = page(0)
     if not first.any():
         return first[:1].copy()
     others = range(1, layout.NOISE_PERIODS // PAGE)
-    return np.concatenate([first, *(page_inputs(scenario, timeline, k) for k in others)])
+    return np.concatenate([first, *(page(k) for k in others)])

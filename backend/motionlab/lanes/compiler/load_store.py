@@ -64,6 +64,15 @@ def _load_rows(context: Any, builder: Any, sig: Any, args: Any, first: Any) -> A
     return context.make_tuple(builder, sig.return_type, values)
 
 
+def _rows_to_tick(  # noqa: PLR0913, PLR0917 - as `_row`
+    context: Any, builder: Any, array_type: Any, array: Any, tick: Any, width: int
+) -> Any:
+    """Return how many rows before ``array[tick]`` there are, some of which others may hold."""
+    strides = context.make_array(array_type)(context, builder, array).strides
+    row = _i64(width * array_type.dtype.bitwidth // 8)
+    return builder.mul(tick, builder.sdiv(builder.extract_value(strides, 0), row, flags=["exact"]))
+
+
 def _i64(value: int) -> Any:
     return ir.Constant(ir.IntType(64), value)
 
@@ -104,8 +113,9 @@ _register_reader(axes_at)
 def _lower_axes_at(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     count, width = sig.return_type.count, sig.return_type.dtype.width
     tick = context.cast(builder, args[2], sig.args[2], types.int64)
+    first = _rows_to_tick(context, builder, sig.args[1], args[1], tick, 2)
     data = context.make_array(sig.args[1])(context, builder, args[1]).data
-    data = builder.gep(data, [builder.mul(tick, _i64(2 * count))])
+    data = builder.gep(data, [builder.mul(first, _i64(2))])
     order_type = vector_of(ir.IntType(32), width)
     order = ir.Constant(order_type, [0, 1] * (order_type.count // 2))
     fields = []
@@ -152,7 +162,9 @@ def _lower_pack(context: Any, builder: Any, sig: Any, args: Any) -> Any:
 @lower_builtin(record, types.NamedUniTuple, types.Array, types.Integer)
 def _lower_record(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     tick = context.cast(builder, args[2], sig.args[2], types.int64)
-    return _store_rows(context, builder, sig, args, builder.mul(tick, _i64(sig.args[0].count)))
+    width = sig.args[0].dtype.width
+    first = _rows_to_tick(context, builder, sig.args[1], args[1], tick, width)
+    return _store_rows(context, builder, sig, args, first)
 
 
 @lower_builtin(recorded, types.NamedTupleClass, types.Array, types.Integer)

@@ -10,6 +10,7 @@ from typing import Any
 from fastapi import FastAPI, Response
 from fastapi.concurrency import run_in_threadpool
 
+from motionlab.laws import LAWS, Law
 from motionlab.server.http import problems
 from motionlab.server.http.security import OPEN_PATHS
 from motionlab.server.live import messages
@@ -45,14 +46,16 @@ def install(app: FastAPI, settings: Settings, of_the_routes: Callable[[], dict[s
 
     app.openapi = openapi
 
-    @functools.cache
-    def text() -> bytes:
+    @functools.lru_cache(1)
+    def text(_: tuple[Law, ...]) -> bytes:
+        app.openapi_schema = None
         return json.dumps(openapi(), ensure_ascii=False, separators=(",", ":")).encode()
 
     @app.get("/openapi.json", include_in_schema=False)
     async def get_openapi() -> Response:
-        """Answer with the document, made once: that takes longer than a stream may wait."""
-        return Response(await run_in_threadpool(text), media_type="application/json")
+        """Answer with the document, made once for the laws: a stream may not wait so long."""
+        document = await run_in_threadpool(text, tuple(LAWS.values()))
+        return Response(document, media_type="application/json")
 
 
 def _complete(document: dict[str, Any], settings: Settings) -> None:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from motionlab.config.changes import apply_changes
-from motionlab.config.load import validate
+from motionlab.config.load import redeclared, validate
 from motionlab.config.scenario import Scenario
+from motionlab.declarations import Parameter
 from motionlab.errors import ConfigError
 from motionlab.simulation.change import Change
 
@@ -17,6 +20,14 @@ class ChangeLog:
 
     def __init__(self, start: Scenario) -> None:
         self.latest: tuple[Change, ...] = ()
+        self._start = start
+
+    def redeclared(self, former: Mapping[str, Parameter]) -> Scenario:
+        """Return the start as `motionlab.config.load.redeclared`, for `begin`."""
+        return redeclared(self._start, former)
+
+    def begin(self, start: Scenario) -> None:
+        """Have another start."""
         self._start = start
 
     def keep(self, change: Change) -> None:

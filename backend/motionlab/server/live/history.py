@@ -13,7 +13,8 @@ from motionlab.config.planar import AXES
 from motionlab.simulation.machine import Machine
 from motionlab.simulation.record import record
 from motionlab.simulation.simulation import sample_page
-from motionlab.telemetry.channels import REFERENCES, stream_columns
+from motionlab.telemetry.channels import REFERENCES
+from motionlab.telemetry.law_channels import all_columns, any_law, state_columns
 from motionlab.telemetry.recording import Recording, as_recording
 from motionlab.telemetry.ring import Ring
 from motionlab.telemetry.thinning import thinned
@@ -32,10 +33,18 @@ def path_of(recording: Recording, simulation: Machine) -> ReferencePath:
 
 
 class History:
-    """Recent samples and metrics of a session."""
+    """Recent samples and metrics of a session.
+
+    Attributes
+    ----------
+    columns, states : list of (str, Channel)
+        Every column, and the last of them: those of the states of laws of one's own.
+    """
 
     def __init__(self, variants: list[str]) -> None:
-        self.columns = stream_columns(variants)
+        self._states = state_columns(any_law(variants))
+        self.columns = all_columns(any_law(variants))
+        self.states = self.columns[len(self.columns) - len(self._states) :]
         self.ring = Ring(len(self.columns), to_ticks(RING_SECONDS))
         self.rows = {name: row for row, (name, _) in enumerate(self.columns)}
         self.columns_json = json.dumps(
@@ -48,13 +57,20 @@ class History:
         self._variants = variants
         self._payload_end = -1
         self._payloads: dict[tuple[tuple[int, ...], int, int, int], bytes] = {}
-        self._page = sample_page(len(variants))
+        self._page = sample_page(len(variants), states=bool(self._states))
+
+    def laws_changed(self) -> None:
+        """Find states in the rows in which laws have them now; columns stay what they are."""
+        rows = {each.name: each.rows for each in state_columns(any_law(self._variants), most=None)}
+        self._states = [each._replace(rows=rows.get(each.name, {})) for each in self._states]
 
     def record(self, simulation: Machine, ticks: int) -> None:
         """Advance a simulation by some ticks, or to its end, and keep every sample."""
         until = simulation.tick + ticks
         while simulation.tick < until:
-            count = record(simulation, self._page, self.ring.room(until - simulation.tick))
+            count = record(
+                simulation, self._page, self.ring.room(until - simulation.tick), self._states
+            )
             if count == 0:
                 break
             self.ring.fill(count)
@@ -117,7 +133,7 @@ class History:
             load = data[:_SHARED].reshape(len(AXES), len(REFERENCES), -1)[:, -1]
             references = np.stack([position.T, velocity.T, acceleration.T, load.astype(np.float64)])
         failed = dict(zip(self._variants, simulation.failed_ticks, strict=True))
-        return as_recording(start, data, failed, references)
+        return as_recording(start, data, failed, references, self.states)
 
     def latest(
         self, length: int | None, before: int | None = None

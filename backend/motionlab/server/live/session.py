@@ -1,4 +1,4 @@
-"""A live session: its commands and its state."""
+"""A live session: its commands, and its state as the API has it."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ import secrets
 import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
+from contextlib import AbstractAsyncContextManager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
@@ -16,41 +18,32 @@ import numpy as np
 from pydantic import TypeAdapter
 
 from motionlab.analysis.latest_metrics import latest_metrics
-from motionlab.config.load import epochs
+from motionlab.config.load import epochs, redeclared
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import Scenario
+from motionlab.declarations import Parameter
+from motionlab.library.new_run import variants_with
 from motionlab.library.run import Event
 from motionlab.server.live.change_log import ChangeLog
 from motionlab.server.live.clock import Clock
-from motionlab.server.live.event_log import EventLog
-from motionlab.server.live.history import History, path_of
-from motionlab.server.live.notification import Listener
+from motionlab.server.live.history import path_of
+from motionlab.server.live.paced import Paced
 from motionlab.server.live.people import People
 from motionlab.server.live.run_recorder import RunRecorder
 from motionlab.server.live.session_info import (
     JsonMembers,
-    RecordState,
     SessionStatus,
     State,
     WrongState,
 )
-from motionlab.server.live.session_recorder import SessionRecorder
-from motionlab.server.live.slice_lock import SliceLock
 from motionlab.simulation.change import Change, changed
 from motionlab.simulation.machine import Machine
 from motionlab.simulation.prepare import Prepared
-from motionlab.simulation.simulation import ReadyEpoch, Simulation, ready
+from motionlab.simulation.simulation import ReadyEpoch, ready
 from motionlab.telemetry.recording import Recording
 from motionlab.timing import CONTROL_PERIOD, to_ticks
 
 METRICS_SECONDS = 10.0
-CATCH_UP_SECONDS = 0.25
-"""Time that may pass between two frames and count; beyond it a session falls behind the clock."""
-
-_SLICE_LANES = 2048
-"""Ticks times blocks of lanes that advance at a time: some 2 ms; STOP does not wait for them."""
-
-_TIMELINES = 50  # whose recordings captures are taken from
 P = ParamSpec("P")
 T = TypeVar("T")
 
@@ -60,28 +53,20 @@ _PEOPLE: TypeAdapter[tuple[str, ...]] = TypeAdapter(tuple[str, ...])
 _SCENARIO: TypeAdapter[Scenario] = TypeAdapter(Scenario)
 
 
-class Session:
-    """One live scenario.
+class Session(Paced):
+    """One live scenario, with its commands.
 
-    The clock's thread advances it, a slice at a time, under its lock. Commands run on the event
-    loop and take the lock, between two slices, for the moment in which they act. A stop takes no
-    lock: it leaves word, and the clock's thread brakes before its next slice.
-    What takes longer (checking changes, building lanes, measuring) runs in `threads` beside the
-    simulation, and its result is put in place by the event loop. Commands that prepare something
-    follow one another in the order in which they came.
+    Commands run on the event loop and take the lock, between two slices, for the moment in which
+    they act. What takes longer (checking changes, building lanes, measuring) runs in `threads`
+    beside the simulation, and its result is put in place by the event loop. Commands that prepare
+    something follow one another in the order in which they came.
 
     Parameters
     ----------
-    prepared : Prepared
-        The scenario, checked.
-    clock : Clock
-        Advances it while it plays.
+    prepared, clock, recorder, drive
+        As of `Paced`.
     threads : Executor
         Where its slow work is done.
-    recorder : RunRecorder, optional
-        Records it as runs, one from each reset to the next.
-    drive : str
-        Title of the drive link that it moves; empty where it is simulated.
     """
 
     def __init__(
@@ -93,48 +78,16 @@ class Session:
         *,
         drive: str = "",
     ) -> None:
+        super().__init__(prepared, clock, recorder, drive=drive)
         self.id = secrets.token_urlsafe(9)
-        self.prepared = prepared
-        self.variants = list(prepared.scenario.variants)
-        self.state: State = "paused"
-        self.speed = 1.0
-        self.revision = 0
-        self.timeline = 0
-        self.listeners: set[Listener] = set()
         self.touched = time.monotonic()
         self.closed = False
-        self.drive = drive
-        self.history = History(self.variants)
         self.people = People(self._tell_state)
-        self._clock = clock
         self._threads = threads
-        self._recorder = recorder
-        self._record: SessionRecorder | None = None
-        self.records: dict[int, SessionRecorder] = {}  # by timeline
-        self._told_of_record: RecordState = (None, "", 0)
         self._changes = ChangeLog(prepared.scenario)
-        self.events = EventLog()
-        self._lock = SliceLock()
         self._order = asyncio.Lock()
-        self._last = 0.0  # until when the clock has been followed
-        self._owed = 0.0  # ticks that the clock is ahead, less than one
-        self._stop_tick = 0
-        self._to_brake = False  # a stop has been asked for
-        self._stopped_by = ""
         self._announced = (-1, "")
         self._members = JsonMembers()
-        self._untold = False  # whether the state has changed since listeners were notified
-        self._adopt(self._machine())
-
-    @property
-    def size(self) -> int:
-        """Memory of ring and motion, bytes."""
-        return self.history.ring.size + self.prepared.motion_size
-
-    @property
-    def tick(self) -> int:
-        """The next tick."""
-        return self.simulation.tick
 
     @property
     def status(self) -> SessionStatus:
@@ -340,45 +293,9 @@ class Session:
             self._record.end()
         self.publish()
 
-    @property
-    def runs(self) -> bool:
-        """Whether the clock advances it."""
-        return self.state in {"playing", "stopping"}
-
-    def keep_up(self, now: float) -> None:
-        """Advance by the time that has passed, times the speed; the clock's thread does that."""
-        state = self.state
-        seconds = min(now - self._last, CATCH_UP_SECONDS)
-        self._last = now
-        self._owed += seconds * (self.speed if state == "playing" else 1.0) / CONTROL_PERIOD
-        ticks = int(self._owed)
-        self._owed -= ticks
-        if self.runs:
-            self._advance(ticks, state)
-
-    @property
-    def _record_state(self) -> RecordState:
-        """The run that is being recorded, why nothing is, and the tick with which it begins."""
-        record = self._record
-        return (None, "", 0) if record is None else (record.run, record.problem, record.begins)
-
-    def publish(self) -> None:
-        """Notify all listeners; runs on the event loop."""
-        record = self._record_state
-        if self._untold or record != self._told_of_record:
-            self._untold = False
-            self._told_of_record = record
-            self._tell_state()
-        for listener in self.listeners:
-            listener.notify()
-
     async def _in_thread(self, work: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
         loop = asyncio.get_running_loop()
         return await loop.run_in_executor(self._threads, functools.partial(work, *args, **kwargs))
-
-    def _follow_clock(self) -> None:
-        self._last = time.monotonic()
-        self._clock.start(self)
 
     def _afresh(self) -> tuple[Machine, tuple[Change, ...]]:
         """Return a simulation at tick 0 with all changes that fit it, and these."""
@@ -387,27 +304,6 @@ class Session:
         if scenario is not self.prepared.scenario:
             simulation.adopt(ready(epochs(scenario)))
         return simulation, kept
-
-    def _machine(self) -> Machine:
-        """Return what the session advances, at tick 0."""
-        return Simulation(self.prepared, endless=True)
-
-    def _adopt(self, simulation: Machine) -> None:
-        self.simulation = simulation
-        self._scenario = simulation.scenario
-        self._failed = simulation.failed_ticks
-        if self._record is not None:
-            self._record.end()
-        self.history.ring.clear()
-        if self._recorder is not None:
-            self._record = self.records[self.timeline] = SessionRecorder(
-                self._recorder,
-                self.history.ring,
-                self.history.columns,
-                simulation.scenario,
-                drive=self.drive,
-            )
-            self.records.pop(self.timeline - _TIMELINES, None)
 
     async def _change(self, changes: Mapping[str, Any], *, by: str, undo: bool = False) -> int:
         def prepared(scenario: Scenario, tick: int) -> tuple[Change, list[Any]]:
@@ -438,68 +334,45 @@ class Session:
         measured = latest_metrics(recording, self.prepared.reference, path, settling_band=band)
         return json.dumps(measured, allow_nan=False, separators=(",", ":")).encode()
 
-    def _advance(self, ticks: int, state: State) -> None:
-        """Advance by some ticks in slices, or to the end, or until the state is another."""
-        most = max(1, _SLICE_LANES // self.simulation.blocks)
-        until = self.tick + ticks
-        while True:
-            with self._lock.slice:
-                left = until - self.tick
-                if self._to_brake:
-                    self._brake()
-                if self.state != state or left <= 0:
-                    return
-                self._advance_slice(min(left, most))
-            self._recorded()
-            self._lock.give_way()
+    def in_order(self) -> AbstractAsyncContextManager[None]:
+        """Hold back commands that prepare something."""
+        return self._order
 
-    def _brake(self) -> None:
-        """Begin what a stop has asked for."""
-        self._to_brake = False
-        self._stop_tick = self.tick
-        self.simulation.stop()
-        self._note(Event(tick=self.tick, kind="stop", by=self._stopped_by))
-        self._untold = True
+    def redeclared(self, former: Mapping[str, Parameter]) -> Callable[[], None]:
+        """Return what puts its scenarios in place as laws declare them now; while it is held.
 
-    def _recorded(self, *, flush: bool = False) -> None:
-        """Record what is new; all of it and no more once the motion has ended."""
-        record = self._record  # before the state: a reset changes that first
-        if record is None:
-            return
-        if self.state in {"finished", "stopped"}:
-            record.end()
-        else:
-            record.advanced(flush=flush)
+        Parameters
+        ----------
+        former : mapping of str to Parameter
+            What they declared before.
+
+        Raises
+        ------
+        ConfigError
+            Naming every value that is no longer allowed.
+        """
+        simulation, base = self.simulation, redeclared(self.prepared.scenario, former)
+        prepared = replace(self.prepared, scenario=base, epochs=epochs(base))
+        start = self._changes.redeclared(former)
+        changes = ready(epochs(redeclared(simulation.scenario, former), self.tick))
+
+        def put() -> None:
+            self.prepared = prepared
+            self._changes.begin(start)
+            simulation.adopt(changes)
+            self._scenario = simulation.scenario
+            self.history.laws_changed()
+
+        return put
 
     def law_changed(self, event: Event) -> None:
         """Log that a law of one's own has another version, or, with a reason, why it has not."""
-        variants = self.simulation.scenario.variants.values()
-        runs = any(each.controller.compensation.law == event.law for each in variants)
-        if runs and not event.reason:
+        event = event.model_copy(update={"tick": self.tick})
+        if not event.reason and variants_with(self.simulation.scenario, event.law):
             self._note(event)
         else:
             self.events.note(event)
         self._tell_state()
-
-    def _note(self, event: Event) -> None:
-        """Log and record an event that samples depend on."""
-        event = self.events.note(event)
-        if self._record is not None:
-            self._record.note(event)
-
-    def _advance_slice(self, ticks: int) -> None:
-        self.history.record(self.simulation, ticks)
-        failed, scenario = self.simulation.failed_ticks, self.simulation.scenario
-        if self.simulation.stopped:
-            self.state = "stopped"
-        elif self.tick == self.simulation.timeline.end:
-            self.state = "finished"
-            if self._to_brake:  # a stop came meanwhile
-                self.state = "stopping"
-        elif failed == self._failed and scenario is self._scenario:
-            return
-        self._failed, self._scenario = failed, scenario
-        self._untold = True
 
     def _refuse_when(self, *states: State) -> None:
         if self.state in states:
@@ -508,8 +381,3 @@ class Session:
     def _refuse_when_closed(self) -> None:
         if self.closed:
             raise WrongState("the session has ended")
-
-    def _tell_state(self) -> None:
-        self.revision += 1
-        for listener in self.listeners:
-            listener.state_changed()

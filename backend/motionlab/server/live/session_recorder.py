@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from motionlab.config.scenario import Scenario
 from motionlab.errors import MotionLabError
+from motionlab.library.new_run import own_laws_of
 from motionlab.library.run import Event, new_id
 from motionlab.reports.problems import plain
 from motionlab.telemetry.channels import Channel
@@ -102,6 +103,7 @@ class SessionRecorder:
         self._ring = ring
         self._channels = channels
         self._scenario = scenario
+        self._texts = own_laws_of(scenario)
         self._drive = drive
         self._lock = threading.Lock()
         self._record: Record | None = None
@@ -144,8 +146,13 @@ class SessionRecorder:
             with self._lock:
                 self._take()
 
-    def note(self, event: Event) -> None:
-        """Record an event, after the ticks before it."""
+    def note(self, event: Event, scenario: Scenario) -> None:
+        """Record an event, after the ticks before it; `scenario` is what is in effect now."""
+        if event.kind in {"law", "change"}:
+            texts = own_laws_of(scenario)
+            new = {name: text for name, text in texts.items() if self._texts.get(name) != text}
+            event = event.model_copy(update={"texts": new})
+            self._texts = texts
         with self._lock:
             self._take()
             if self._record is None:

@@ -28,6 +28,7 @@ from motionlab.server.routes.sessions import FoundSession
 from motionlab.server.routes.whatif import ColumnName
 from motionlab.server.worker_answers import called
 from motionlab.server.workers.worker import Call
+from motionlab.telemetry.channels import Channel
 from motionlab.telemetry.recording import Recording, as_recording
 from motionlab.timing import CONTROL_PERIOD
 
@@ -156,7 +157,8 @@ async def _present(
 
         if not await asyncio.to_thread(save):
             return None
-        return await called(request, _keep, str(path), ticks[0], scenario, about)
+        states = session.history.states
+        return await called(request, _keep, str(path), ticks[0], states, scenario, about)
 
 
 async def _recorded(
@@ -213,16 +215,25 @@ def check_stretch(body: StretchToKeep, most: int) -> None:
         raise ConfigError(FieldError("trigger_tick", "is not captured", trigger, bounds=bounds))
 
 
-def _keep(_: Call, path: str, first: int, scenario: Scenario, about: About) -> Run:
-    return kept_as_run(scenario, as_recording(first, np.load(Path(path)), _none(scenario)), about)
+def _keep(
+    _: Call,
+    path: str,
+    first: int,
+    states: list[tuple[str, Channel]],
+    scenario: Scenario,
+    about: About,
+) -> Run:
+    recording = as_recording(first, np.load(Path(path)), _none(scenario), states=states)
+    return kept_as_run(scenario, recording, about)
 
 
 def _keep_recorded(_: Call, ticks: tuple[int, int], about: About) -> Run | None:
     stretch = recorded_stretch(library(), about.origin, *ticks)
     if stretch is None:
         return None
-    scenario, samples = stretch
-    return kept_as_run(scenario, as_recording(ticks[0], samples, _none(scenario)), about)
+    scenario, samples, states = stretch
+    recording = as_recording(ticks[0], samples, _none(scenario), states=states)
+    return kept_as_run(scenario, recording, about)
 
 
 def _none(scenario: Scenario) -> dict[str, int | None]:

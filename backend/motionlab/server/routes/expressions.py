@@ -13,9 +13,9 @@ from motionlab.server.http.openapi_input import examples
 from motionlab.server.http.problems import responses
 from motionlab.server.http.strict_json import JsonRoute
 from motionlab.server.worker_answers import computed
-from motionlab.telemetry.channels import stream_columns
 from motionlab.telemetry.expressions.columns import MATH_MAX, compile_column
 from motionlab.telemetry.expressions.parse import ExpressionError
+from motionlab.telemetry.law_channels import all_columns, any_law
 from motionlab.timing import CONTROL_PERIOD
 
 router = APIRouter(prefix="/expressions", tags=["expressions"], route_class=JsonRoute)
@@ -86,7 +86,7 @@ async def check_expressions(
 
 def _checked(body: ExpressionsRequest) -> list[CheckedExpression]:
     if body.run is None:
-        units = {name: each.unit for name, each in stream_columns(body.variants)}
+        units = {name: each.unit for name, each in all_columns(any_law(body.variants))}
         period = CONTROL_PERIOD
     else:
         run = library().complete(body.run)

@@ -13,6 +13,7 @@ from motionlab.analysis.metrics import CONTOUR_DEFINITIONS, DEFINITIONS, Definit
 from motionlab.config.changes import SCHEDULABLE
 from motionlab.config.fields import FieldEntry, fields_of
 from motionlab.config.scenario import Scenario
+from motionlab.laws import REDECLARED
 from motionlab.server.http.problems import responses
 from motionlab.server.http.strict_json import JsonRoute
 from motionlab.studies.table import BY_KIND
@@ -92,6 +93,9 @@ def _scenario() -> bytes:
 def _request(kind: str) -> bytes:
     fields = RequestFields(fields_of(BY_KIND[kind].request_model))
     return fields.model_dump_json(exclude_none=True).encode()
+
+
+REDECLARED.extend((_scenario.cache_clear, _request.cache_clear))
 
 
 def _metrics(definitions: dict[str, Definition]) -> dict[str, MetricEntry]:

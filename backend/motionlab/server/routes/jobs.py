@@ -43,8 +43,10 @@ _GOES_ON = {"queued", "running"}
 _INTERRUPTED = {
     "state": "interrupted",
     "error": "the server ended before this job did; ask for it again",
+    "remaining": None,
+    "waits_for": None,
 }
-"""Error of a job recorded as running that no server runs."""
+"""What becomes of a job recorded as waiting or running that no server runs."""
 
 
 def accepted(report: type[BaseModel]) -> dict[int | str, dict[str, Any]]:

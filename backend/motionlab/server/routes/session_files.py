@@ -19,7 +19,7 @@ from motionlab.server.worker_answers import called
 from motionlab.server.workers.worker import Call
 from motionlab.simulation.result import metadata
 from motionlab.telemetry import recorder
-from motionlab.telemetry.channels import stream_columns
+from motionlab.telemetry.channels import Channel
 from motionlab.telemetry.expressions.columns import compile_columns, split_columns
 from motionlab.telemetry.recording import Recording, as_recording
 from motionlab.timing import CONTROL_PERIOD
@@ -79,13 +79,13 @@ async def get_telemetry(
     """Return the contents of the ring, 30 s at most, as a file."""
     about = metadata(session.prepared.scenario)
     names = tuple(split_columns(columns)) if columns else ()
-    variants = session.prepared.scenario.variants
-    units = {name: each.unit for name, each in stream_columns(variants)}
+    units = {name: each.unit for name, each in session.history.columns}
     compile_columns([name for name in names if name != ALL], units, CONTROL_PERIOD)
 
     async def write(path: Path) -> None:
         start, failed = await session.save(path.with_name(_SAMPLES))
-        arguments = (str(path), format, (start, failed), about, names)
+        taken = (start, failed, session.history.states)
+        arguments = (str(path), format, taken, about, names)
         (await called(request, _write, *arguments, seconds=WRITE_SECONDS)).close()
 
     return await file_download(
@@ -101,15 +101,15 @@ def _write(
     _: Call,
     path: str,
     format: str,
-    taken: tuple[int, dict[str, int | None]],
+    taken: tuple[int, dict[str, int | None], list[tuple[str, Channel]]],
     about: dict[str, str],
     columns: tuple[str, ...],
 ) -> None:
     """Write a file of the samples in its folder; runs in a worker."""
     data = np.load(Path(path).parent / _SAMPLES, mmap_mode="r")
     written = Path(path).with_suffix(f".{format}")
-    start, failed = taken
-    recording = as_recording(start, data, failed)
+    start, failed, states = taken
+    recording = as_recording(start, data, failed, states=states)
     if columns:
         _write_columns(recording, written, about, columns)
     else:

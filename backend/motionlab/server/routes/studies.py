@@ -79,7 +79,8 @@ def run(call: Call, body: dict[str, Any], bounds: Settings, *, kind: str) -> Any
         return study.document(study.run(planned(kind, body, bounds), call.progress))
 
 
-def _summary(study: Study) -> str:
+def summary_of(study: Study) -> str:
+    """Return what a study does, in a sentence without an end."""
     text = study.kind.replace("-", " ") if study.command is None else study.command.help
     return text[0].upper() + text[1:]
 
@@ -92,7 +93,7 @@ for _study in STUDIES:
         _endpoint(_study),
         methods=["POST"],
         operation_id=_study.operation,
-        summary=_summary(_study),
+        summary=summary_of(_study),
         description=inspect.getdoc(type(_study)),
         tags=[_study.tag],
         status_code=200 if _study.direct or _study.keeps else 202,

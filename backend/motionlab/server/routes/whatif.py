@@ -28,7 +28,7 @@ from motionlab.server.workers.worker import Call
 from motionlab.simulation.prepare import Prepared
 from motionlab.simulation.result import document
 from motionlab.simulation.whatif import Extent, recorded_ticks_max, run_changed
-from motionlab.telemetry.channels import REFERENCES, stream_columns
+from motionlab.telemetry.channels import REFERENCES
 from motionlab.telemetry.decimate import min_max
 from motionlab.telemetry.expressions.columns import (
     TEXT_MAX,
@@ -37,6 +37,7 @@ from motionlab.telemetry.expressions.columns import (
     values_of,
 )
 from motionlab.telemetry.expressions.compile import CHANNELS_MAX
+from motionlab.telemetry.law_channels import all_columns, any_law
 from motionlab.telemetry.packed import packed
 from motionlab.telemetry.recording import Recording
 from motionlab.timing import CONTROL_PERIOD, to_ticks
@@ -228,7 +229,7 @@ def _computed(
 
 
 def _units(prepared: Prepared) -> dict[str, str]:
-    return {name: each.unit for name, each in stream_columns(list(prepared.scenario.variants))}
+    return {name: each.unit for name, each in all_columns(any_law(prepared.scenario.variants))}
 
 
 def stretch_of(body: Stretch, prepared: Prepared) -> tuple[int, int]:

@@ -67,14 +67,20 @@ class Failure(NamedTuple):
 
     @classmethod
     def of(cls, error: BaseException) -> Failure:
-        """Return a picklable form of an exception, its description if necessary."""
+        """Return a picklable form of an exception, its description if necessary.
+
+        One that would end a process, such as SystemExit, ends no more than the call.
+        """
+        described = cls(RuntimeError, (f"{type(error).__name__}: {error}",), {})
+        if not isinstance(error, Exception):
+            return described
         failure = cls(type(error), error.args, error.__dict__)
         try:
             pickle.loads(pickle.dumps(failure)).error()
         except RecursionError:
             return cls.of(too_deep())
         except Exception:
-            return cls(RuntimeError, (f"{type(error).__name__}: {error}",), {})
+            return described
         return failure
 
     def error(self) -> BaseException:

@@ -16,7 +16,7 @@ from typing import Any
 from fastapi import HTTPException
 
 from motionlab.errors import MotionLabError
-from motionlab.own_laws.accepted import ACCEPTED
+from motionlab.own_files import ACCEPTED
 from motionlab.server.memory_budget import MemoryBudget
 from motionlab.server.workers.channel import (
     COMPLETE,

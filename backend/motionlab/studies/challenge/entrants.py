@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
+from pydantic import ValidationError
+
+from motionlab.config.controller import CompensationConfig
 from motionlab.config.named_configs import did_you_mean
+from motionlab.config.validation_errors import field_errors
 from motionlab.errors import ConfigError, FieldError
 from motionlab.laws import LAWS, PROBLEMS, SHIPPED, SOURCES
 
@@ -70,7 +74,8 @@ def entrants(laws: Sequence[str], parameters: Mapping[str, Any]) -> list[Entrant
     Raises
     ------
     ConfigError
-        If there is no such law, none that is named has a parameter, or there are too many.
+        If there is no such law, none that is named has a parameter, a value is not allowed, or
+        there are too many.
     """
     if unknown := [name for name in laws if name not in LAWS]:
         raise ConfigError(*map(_unknown, unknown), *PROBLEMS)
@@ -81,6 +86,8 @@ def entrants(laws: Sequence[str], parameters: Mapping[str, Any]) -> list[Entrant
             message = f"no law that is named has this parameter{did_you_mean(name, known)}"
             allowed = f"one of {', '.join(known)}" if known else ""
             raise ConfigError(FieldError(f"--set {name}", message, value, allowed))
+    for law, known in own.items():
+        _check(law, {name: value for name, value in parameters.items() if name in known})
     named = [
         Entrant(law, {k: v for k, v in parameters.items() if k in own[law]}, entered=True)
         for law in dict.fromkeys(laws)
@@ -92,6 +99,15 @@ def entrants(laws: Sequence[str], parameters: Mapping[str, Any]) -> list[Entrant
         message = "are too many laws at once, with those that ship"
         raise ConfigError(FieldError("LAW", message, len(everyone), f"at most {MOST}", "1"))
     return everyone
+
+
+def _check(law: str, parameters: Mapping[str, Any]) -> None:
+    """Refuse values that the law's fields do not allow, by the names under which they came."""
+    try:
+        CompensationConfig.model_validate({"law": law, **parameters})
+    except ValidationError as error:
+        wrong = field_errors(error, CompensationConfig)
+        raise ConfigError(*(replace(each, loc=f"--set {each.loc}") for each in wrong)) from None
 
 
 def _unknown(name: str) -> FieldError:

@@ -133,7 +133,7 @@ def _lesson(
     except ConfigError as error:
         raise ConfigError(
             *(
-                replace(each, loc=f"after.{number}", message=f"{each.loc} {each.message}")
+                replace(each, loc=f"after.{number}{each.loc.removeprefix('trajectory')}")
                 for each in error.errors
             )
         ) from None

@@ -37,7 +37,7 @@ from motionlab.timing import CONTROL_PERIOD, to_ticks
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-_SETTLING = to_ticks(0.5)
+SETTLING = to_ticks(0.5)
 """Ticks before a measurement, after the axis has come to speed."""
 _LEAST, _LEAST_CYCLES = 0.5, 8
 """What a measurement takes at least, s and cycles."""
@@ -45,7 +45,7 @@ _PITCH_MOST = 4.0
 """Longest time for a pole pitch that a measurement is rounded up to whole pitches for, s."""
 _MODULATION = 0.1
 """Share of the slow velocity that a sine may add to it, so that friction sees small signals."""
-_EASE = 0.2
+EASE = 0.2
 """Time in which the axis comes to speed, s."""
 
 
@@ -115,7 +115,7 @@ def frequency_sweep(  # noqa: PLR0913 - what a sweep is made of
         cycles = round(_duration(f_target, pitch) * f_target)
         ticks = round(cycles / f_target / CONTROL_PERIOD)
         f = cycles / (ticks * CONTROL_PERIOD)
-        prepared = _moving(scenario, variant, axis, v, ticks)
+        prepared = moving(scenario, variant, axis, v, ticks)
         at = np.array([f])
         compliance = abs(loop.plant.response(at)[0])
         size = min(force, _MODULATION * v / (2.0 * math.pi * f * compliance))
@@ -138,9 +138,9 @@ def _duration(frequency: float, pitch: float) -> float:
     return math.ceil(least / pitch) * pitch if pitch <= _PITCH_MOST else least
 
 
-def _moving(scenario: Scenario, variant: str, axis: str, v: float, ticks: int) -> Prepared:
+def moving(scenario: Scenario, variant: str, axis: str, v: float, ticks: int) -> Prepared:
     """Return one variant, moving at constant velocity through mid-stroke while it is measured."""
-    duration = (_SETTLING + ticks) * CONTROL_PERIOD + _EASE
+    duration = (SETTLING + ticks) * CONTROL_PERIOD + EASE
     velocity = {"x": 0.0, "y": 0.0} | {axis: v}
     start = {"x": 0.0, "y": 0.0} | {axis: -0.5 * v * duration}
     document = scenario.model_dump(mode="json")
@@ -151,7 +151,7 @@ def _moving(scenario: Scenario, variant: str, axis: str, v: float, ticks: int) -
             "kind": "ramp",
             "start": start,
             "velocity": velocity,
-            "lead_in": _EASE,
+            "lead_in": EASE,
             "duration": duration,
         },
         "schedule": [],
@@ -286,7 +286,7 @@ def response(request: AxisRequest, scenario: Scenario, *, v: float) -> ResponseD
     """
     variant = request.chosen(scenario)
     frequency, L = sampled(linearise(scenario, variant, request.axis, v=v).open)
-    return ResponseDocument(**_table(request, variant, v, frequency, L))
+    return ResponseDocument(**loop_table(request, variant, v, frequency, L))
 
 
 def plan(
@@ -326,30 +326,34 @@ def swept(
         frequency += measured.frequency.tolist()
         L += measured.open.tolist()
         if progress is not None:
-            so_far = _table(request, variant, request.velocity, np.array(frequency), np.array(L))
+            so_far = loop_table(
+                request, variant, request.velocity, np.array(frequency), np.array(L)
+            )
             progress(
                 (done + 1) / len(frequencies),
                 FrequencySweepDocument(**so_far, linearised=linearised),
             )
-    made = _table(request, variant, request.velocity, np.array(frequency), np.array(L))
+    made = loop_table(request, variant, request.velocity, np.array(frequency), np.array(L))
     return FrequencySweepDocument(**made, linearised=linearised)
 
 
-def _table(
+def loop_table(
     request: AxisRequest, variant: str, v: float, frequency: NDArray[np.float64], L: Complex
 ) -> dict[str, Any]:
+    """Return the fields of `ResponseDocument` of a loop whose open loop is L."""
     return {
         "variant": variant,
         "axis": request.axis,
         "velocity": v,
         "frequency": _figures(frequency),
-        "open": _curve(L),
-        "closed": _curve(L / (1.0 + L)),
-        "sensitivity": _curve(1.0 / (1.0 + L)),
+        "open": loop_curve(L),
+        "closed": loop_curve(L / (1.0 + L)),
+        "sensitivity": loop_curve(1.0 / (1.0 + L)),
     }
 
 
-def _curve(values: Complex) -> LoopCurve:
+def loop_curve(values: Complex) -> LoopCurve:
+    """Return a frequency response, its phase unwrapped."""
     phase = np.unwrap(np.angle(values))
     # An open loop begins at -180 degrees or below; unwrapped from +180 it would lie a turn above.
     phase -= 2.0 * np.pi * np.round((phase[0] + 0.5 * np.pi) / (2.0 * np.pi))

@@ -48,7 +48,7 @@ def candidate(  # noqa: PLR0913, PLR0917 - a set of gains and what is known of i
             )
             for axis in group.axes
         },
-        also={path: values[path] for path in map(str, group.request.also)},
+        also={path: values[path] for path in group.request.also},
         **vars(verdict.document()),
         set={problem.path(path): value for path, value in values.items()},
     )

@@ -15,13 +15,6 @@ from motionlab.errors import ConfigError, FieldError
 from motionlab.loop.document import WorstMargin
 
 Metric = Literal["peak", "rms", "itae", "settling", "effort"]
-Extra = Literal[
-    "disturbance_observer.bandwidth",
-    "compensation.gain",
-    "compensation.residual_bandwidth",
-    "compensation.regularisation",
-]
-
 OBJECTIVE = choices(
     ("peak", "peak error", "Largest following error over the window", "µm"),
     ("rms", "RMS error", "Root mean square of the following error", "µm"),
@@ -37,6 +30,7 @@ OBJECTIVE = choices(
 """Metrics of an objective; the unit is that of a weight of 1."""
 
 _Weight = Annotated[float, Field(gt=0.0, le=1e9)]
+_Path = Annotated[str, Field(max_length=100)]
 _Edge = Annotated[float, Field(gt=0.0, le=1e9)]
 Range = Annotated[tuple[_Edge, _Edge], Field(strict=False)]
 
@@ -202,10 +196,12 @@ class TuneRequest(_TuningRequest):
     """Request of a gain search."""
 
     constraints: Constraints = Field(default=Constraints(), title="limits")
-    also: dict[Extra, Range] = Field(
+    also: dict[_Path, Range] = Field(
         default_factory=dict,
-        title="observer",
-        description="Further numbers of the controller to search, by path, each with low and high; "
+        max_length=8,
+        title="further numbers",
+        description="Further numbers of the controller to search, each with low and high, SI: "
+        "compensation.NAME of any number that its law declares, disturbance_observer.bandwidth; "
         "both axes share them and are then tuned together",
     )
     starts: int = quantity(
@@ -372,7 +368,9 @@ class TunedGroup(_Document):
 
     axes: list[str] = Field(repr=False)
     present: Candidate
-    paper: Candidate = Field(description="The gains that the paper prints for this motion")
+    paper: Candidate = Field(
+        description="The gains that the paper prints for this motion, or else for the pentagram"
+    )
     candidates: list[Candidate] = Field(description="What each start came to; the best first")
     starts: list[TunedStart]
 
@@ -438,7 +436,9 @@ class AxisLandscape(_Document):
         "boundary, on the scenario's own motor"
     )
     present: tuple[float, float] = Field(description="k_p and k_d of the scenario")
-    paper: tuple[float, float] = Field(description="k_p and k_d of the paper for this motion")
+    paper: tuple[float, float] = Field(
+        description="k_p and k_d of the paper for this motion, or else for the pentagram"
+    )
 
 
 class PartialLandscape(_Document):

@@ -18,11 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.config.controller import ControllerConfig, GainsConfig
-from motionlab.kernel.build import lane
-from motionlab.kernel.law_calls import law_parameters
 from motionlab.loop.family import Figures, LoopFamily
 from motionlab.loop.linearise import NoLinearisation
 from motionlab.studies.tune.documents import Constraints, Metric, TuneRequest, VerdictDocument
+from motionlab.studies.tune.further_numbers import value_of
 from motionlab.studies.tune.problem import Outcome, TuningProblem
 
 Array = NDArray[np.float64]
@@ -62,7 +61,7 @@ class Group:
             for axis in self.axes
             for name in ("k_p", "k_d")
         }
-        return gains | {str(path): ends for path, ends in request.also.items()}
+        return gains | request.also
 
     @property
     def bounds(self) -> Array:
@@ -77,17 +76,14 @@ class Group:
         """Return the point of a controller, moved inside the bounds."""
         low, high = self.bounds.T
         numbers = self.values_of(controller).values()
-        return np.clip([math.log(x) if x else -math.inf for x in numbers], low, high)
+        return np.clip([math.log(x) if x > 0.0 else -math.inf for x in numbers], low, high)
 
     def values_of(self, controller: ControllerConfig) -> dict[str, float]:
         """Return a controller's own numbers, by path."""
         numbers: dict[str, float] = {}
         for path in self.fields:
-            part, field = path.split(".")
-            value = getattr(getattr(controller, part), field)
-            if value is None:  # the law decides
-                par = lane(self.problem.scenario, controller, self.axes[0])
-                value = getattr(law_parameters(par), field)
+            value = value_of(self.problem.scenario, controller, self.axes[0], path)
+            assert value is not None  # `check_further`
             numbers[path] = value
         return numbers
 

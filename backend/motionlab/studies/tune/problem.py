@@ -23,13 +23,13 @@ from motionlab.config.scenario import Scenario, WindowConfig
 from motionlab.errors import ConfigError, FieldError, Infeasible
 from motionlab.kernel.build import mover_parameters
 from motionlab.kernel.layout import parameter_row
-from motionlab.laws import LAWS
 from motionlab.loop.family import stability_limits
 from motionlab.loop.linearise import SLIDING, linearise
 from motionlab.simulation.batch_runner import BatchRunner, Scores
 from motionlab.simulation.prepare import Prepared, prepare
 from motionlab.simulation.result import plant_name
 from motionlab.studies.tune.documents import LandscapeRequest, TuneRequest
+from motionlab.studies.tune.further_numbers import check_further
 from motionlab.timing import CONTROL_PERIOD
 
 Array = NDArray[np.float64]
@@ -182,7 +182,6 @@ class TrialSetup:
 
 
 Source = str | Path | Mapping[str, Any]
-_REGULARISATION = "compensation.regularisation"
 
 
 @dataclass(frozen=True)
@@ -230,15 +229,21 @@ class TuningProblem:
         return self.own.seconds * trials * len(self.setups) * len(self.axes)
 
     def published(self, axis: str) -> GainsConfig:
-        """Return the paper's gains, of the shipped scenario of the same name or of the circle."""
-        known = self.scenario.name in names("scenarios")
-        shipped = load_scenario(self.scenario.name if known else "circle")
-        owner = shipped.variants.get(self.variant) or next(iter(shipped.variants.values()))
-        return getattr(owner.controller, axis)
+        """Return the paper's gains for the motion of this scenario; see `published_gains`."""
+        return published_gains(self.scenario.name, axis)
 
     def path(self, field: str) -> str:
         """Return the scenario path of a controller's field."""
         return f"variants.{self.variant}.controller.{field}"
+
+
+def published_gains(scenario: str, axis: str) -> GainsConfig:
+    """Return the gains that the paper prints for the motion of a shipped scenario.
+
+    They are those of its first controller, and of the circle for another scenario: the pentagram's.
+    """
+    shipped = load_scenario(scenario if scenario in names("scenarios") else "circle")
+    return getattr(next(iter(shipped.variants.values())).controller, axis)
 
 
 def plan(request: TuneRequest | LandscapeRequest, source: Source | None = None) -> TuningProblem:
@@ -262,8 +267,7 @@ def plan(request: TuneRequest | LandscapeRequest, source: Source | None = None) 
     (variant,) = scenario.variants
     axes = _moving(request, own)
     if isinstance(request, TuneRequest):
-        _refuse_what_has_no_effect(request, scenario.variants[variant].controller)
-        _refuse_unstable_gains(request, scenario.variants[variant].controller)
+        check_further(request, scenario, variant)
     if "settling" in request.objective:
         _refuse_without_hold(own)
     return TuningProblem(request, scenario, variant, axes, setups)
@@ -340,44 +344,6 @@ def _moving(request: TuneRequest | LandscapeRequest, trials: TrialSetup) -> tupl
             )
         )
     return axes
-
-
-def _refuse_what_has_no_effect(request: TuneRequest, controller: ControllerConfig) -> None:
-    """Refuse to search numbers that this controller does not use."""
-    law = controller.compensation.law
-    own = {f"compensation.{each.name}" for each in LAWS[law].parameters}
-    observing = controller.disturbance_observer.enabled
-    idle = [
-        FieldError(
-            loc=f"also.{path}",
-            message=f"has no effect: the law is {law}, and the "
-            f"disturbance observer is {'on' if observing else 'off'}",
-        )
-        for path in request.also
-        if not (observing if path.startswith("disturbance_observer.") else path in own)
-    ]
-    if idle:
-        raise ConfigError(*idle)
-
-
-def _refuse_unstable_gains(request: TuneRequest, controller: ControllerConfig) -> None:
-    """Refuse a range in which residual-k is unstable by itself."""
-    also = {str(path): ends for path, ends in request.also.items()}
-    searched = [path for path in also if path in {"compensation.gain", _REGULARISATION}]
-    worst = {"compensation.gain": 1, _REGULARISATION: 0}  # end of a range
-    changes = {path.split(".")[1]: also[path][worst[path]] for path in searched}
-    refused = controller.refusal(changes) if searched else None
-    if refused is not None:
-        axis, refusal = refused
-        reason = f"is unstable on {axis}: {refusal.reason}"
-        path = searched[0]
-        low, high = also[path]
-        loc, written = f"also.{path}", f"{low:g} to {high:g}"
-        if path == _REGULARISATION:
-            gain = f"its gain of {refusal.value:g} 1/s"
-            raise ConfigError(FieldError(loc, f"{gain} {reason}", written))
-        bounds = {"exclusive_maximum": refusal.limit}
-        raise ConfigError(FieldError(loc, reason, written, unit="1/s", bounds=bounds))
 
 
 def _refuse_without_hold(trials: TrialSetup) -> None:

@@ -21,6 +21,8 @@ examples:
   motionlab tune circle --constraint phase_margin=0.7 --constraint gain_margin=3
   motionlab tune stair-y-50mm --objective settling --bounds k_p=1e5:1e7
   motionlab tune --set variants.B.controller=lugre-full --also disturbance_observer.bandwidth=10:200
+  motionlab tune --laws laws --set variants.B.controller.compensation.law=mine \
+    --also compensation.mine_share=0.1:2
 
 Gains are SI: k_p in N/m, k_d in N s/m. `motionlab docs tune` explains objectives and constraints.
 """
@@ -110,8 +112,8 @@ class TuneStudy(_TuningStudy):
         parser.add_argument(
             "--also",
             metavar="PATH=LOW:HIGH",
-            help="search a further number of the controller, such as "
-            "disturbance_observer.bandwidth (repeatable)",
+            help="search a further number of the controller: compensation.NAME of a number of its "
+            "law, one of your own too, or disturbance_observer.bandwidth (repeatable)",
             **repeatable,
         )
         parser.add_argument("--starts", type=int, default=4, help="starts (default: %(default)s)")

@@ -72,11 +72,13 @@ export type StudyPath = Extract<
   PathOf<'post'>,
   | '/tune'
   | '/landscape'
-  | '/loop/sweep'
   | '/identify'
   | '/learn'
+  | '/minute'
   | '/montecarlo'
   | '/reproduce'
+  | '/response'
+  | '/sensitivity'
   | '/sweep'
 >;
 
@@ -121,6 +123,17 @@ export class Api {
   }
 
   laws = () => this.json('get', '/laws', {});
+  lawCost = (name: string) => this.json('get', '/laws/{name}/cost', { path: { name } });
+  /** Has another version of a law's file run, in all sessions. */
+  moveLaw = (name: string, where: 'back' | 'forward') =>
+    this.json('post', `/laws/{name}/${where}`, { path: { name }, ...actor() });
+  /** Writes the file of a law, which holds what `digest` says. */
+  putLaw = (name: string, text: string, digest: string) =>
+    this.json('put', '/laws/{name}', {
+      path: { name },
+      ...holding(digest),
+      body: { text },
+    });
   earlierEvents = (id: string) => this.json('get', '/sessions/{session_id}/earlier-events', at(id));
 
   push = (id: string, body: { axis: Axis; force: number; duration: number }) =>
@@ -302,6 +315,11 @@ function at(session_id: string) {
 function actor(): { header: Record<string, string> } {
   const Lease = sessionStorage.getItem(LEASE);
   return { header: { ...(Lease === null ? {} : { Lease }), ...person.header } };
+}
+
+/** What a file is known to hold, or it is not written. */
+function holding(digest: string): { header: Record<string, string> } {
+  return { header: { 'If-Match': digest } };
 }
 
 function unreachable(detail: string): ApiError {

@@ -1059,12 +1059,34 @@ export interface paths {
         put?: never;
         /**
          * Run a scenario over a grid of values
-         * @description Run a scenario over a grid or a list of values of any of its fields.
+         * @description Run a scenario over a grid or a list of values of any of its fields, or drawn ones.
          *
-         *     The job ends with every metric of every variant and axis in each case, and the best cases; its
-         *     report carries the metrics of the cases that have run.
+         *     The job ends with every metric of every variant and axis in each case, the best cases, and the
+         *     front between several objectives; its report carries the metrics of the cases that have run.
          */
         post: operations["sweep"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/sensitivity": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Find how metrics change with every number of a scenario
+         * @description Change every number of a scenario down and up, and find how each metric follows.
+         *
+         *     The job ends with d(metric)/d(field) of every metric, variant and axis for each field.
+         */
+        post: operations["sensitivity"];
         delete?: never;
         options?: never;
         head?: never;
@@ -1088,6 +1110,52 @@ export interface paths {
          *     smallest one that reaches the goal within the margins is named.
          */
         post: operations["explainPeak"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/minute": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * What another law would have done in a recorded stretch
+         * @description Predict what another controller would have done in a recorded stretch, with a band.
+         *
+         *     Friction, mass and the stretch's own disturbance are fitted to the record; the other controller
+         *     runs on that motor. Refused where the record cannot tell.
+         */
+        post: operations["predictMinute"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/response": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Measure a frequency response, with intervals
+         * @description Measure the frequency response of the plant of one axis, with intervals.
+         *
+         *     The axis slides to and fro while a multisine shakes its reference. The job's report carries the
+         *     response so far, and ends with the margins of the loop and their intervals.
+         */
+        post: operations["measureResponse"];
         delete?: never;
         options?: never;
         head?: never;
@@ -1200,6 +1268,26 @@ export interface paths {
          *     The job's report carries the rows as they are judged.
          */
         post: operations["reproduce"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/studies": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Studies
+         * @description Return all studies and views, and why files of one's own are not taken.
+         */
+        get: operations["getStudies"];
+        put?: never;
+        post?: never;
         delete?: never;
         options?: never;
         head?: never;
@@ -1950,6 +2038,86 @@ export interface paths {
         get: operations["getLaws"];
         put?: never;
         post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/laws/{name}/cost": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Cost
+         * @description Return what a law costs in a control period, measured once for each version.
+         */
+        get: operations["getLawCost"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/laws/{name}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Put Law
+         * @description Write the file of a law of one's own, which is then tried and taken as if it were saved.
+         */
+        put: operations["putLaw"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/laws/{name}/back": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Back
+         * @description Have the version before of a law's file run again, in all sessions.
+         */
+        post: operations["takeLawBack"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/laws/{name}/forward": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Forward
+         * @description Have the version of a law's file run that came after the one that runs, in all sessions.
+         */
+        post: operations["takeLawForward"];
         delete?: never;
         options?: never;
         head?: never;
@@ -2759,7 +2927,7 @@ export interface components {
             ];
             /**
              * Paper
-             * @description k_p and k_d of the paper for this motion
+             * @description k_p and k_d of the paper for this motion, or else for the pentagram
              */
             paper: [
                 number,
@@ -3408,6 +3576,31 @@ export interface components {
             set: {
                 [key: string]: unknown;
             };
+        };
+        /**
+         * ChangedField
+         * @description A number of the scenario, and what it was changed to.
+         */
+        ChangedField: {
+            /** Path */
+            path: string;
+            /**
+             * Unit
+             * @description SI
+             */
+            unit: string;
+            /** Value */
+            value: number;
+            /**
+             * Low
+             * @description null where the scenario refuses it
+             */
+            low: number | null;
+            /**
+             * High
+             * @description As low
+             */
+            high: number | null;
         };
         /**
          * ChangedScenario
@@ -4944,7 +5137,7 @@ export interface components {
             stop?: number | null;
             /**
              * Count
-             * @description Values in a range, ends included
+             * @description Values in a range, ends included; none where samples says how many cases there are
              */
             count?: number | null;
             /**
@@ -5638,6 +5831,28 @@ export interface components {
              */
             law: string;
             /**
+             * Version
+             * @description Of `law`: number of the version that runs from this tick on
+             * @default null
+             */
+            version: number | null;
+            /**
+             * Jump
+             * @description Of `law`: what the new version commands in this tick, minus what the former would have from the same state, N, by variant and axis; without controllers of the law, or after the motion's end, empty
+             */
+            jump?: {
+                [key: string]: {
+                    [key: string]: number;
+                };
+            };
+            /**
+             * Texts
+             * @description Of `law` and `change` in a recording: text of each law of one's own that a controller has from this tick on, where it had none or another
+             */
+            texts?: {
+                [key: string]: string;
+            };
+            /**
              * Speed
              * @description Simulated time per time; of `play` where it is another one
              * @default null
@@ -5799,6 +6014,32 @@ export interface components {
             remedy: string;
         };
         /**
+         * FieldEffect
+         * @description One metric over all changes; null where a variant diverged or the metric does not apply.
+         */
+        FieldEffect: {
+            /**
+             * Base
+             * @description Without a change
+             */
+            base: number | null;
+            /**
+             * Low
+             * @description With each field at its low value
+             */
+            low: (number | null)[];
+            /**
+             * High
+             * @description With each field at its high value
+             */
+            high: (number | null)[];
+            /**
+             * Slope
+             * @description d(metric)/d(field) by central difference, of one side where there is one alone; in SI units of metric and field
+             */
+            slope: (number | null)[];
+        };
+        /**
          * FieldEntry
          * @description One field of a form.
          */
@@ -5928,6 +6169,19 @@ export interface components {
             lines: components["schemas"]["FluxLine"][];
             /** Outlines */
             outlines: components["schemas"]["Outline"][];
+        };
+        /**
+         * Figure
+         * @description A field of a view's document.
+         */
+        Figure: {
+            /**
+             * Unit
+             * @description SI; empty for none
+             */
+            unit: string;
+            /** Description */
+            description: string;
         };
         /**
          * FigureAxis
@@ -6533,7 +6787,7 @@ export interface components {
              * @enum {string}
              */
             kind: "frequency-sweep";
-            /** @description Results so far, of a job that is running */
+            /** @description Results so far, of a job that is running or was interrupted */
             partial?: components["schemas"]["FrequencySweepDocument"] | null;
             /** @description Results of a job that is done */
             result?: components["schemas"]["FrequencySweepDocument"] | null;
@@ -7511,7 +7765,7 @@ export interface components {
              * @enum {string}
              */
             kind: "identify";
-            /** @description Results so far, of a job that is running */
+            /** @description Results so far, of a job that is running or was interrupted */
             partial?: components["schemas"]["PartialIdentification"] | null;
             /** @description Results of a job that is done */
             result?: components["schemas"]["IdentificationDocument"] | null;
@@ -7793,7 +8047,7 @@ export interface components {
              * @description Its study, or simulate
              * @enum {string}
              */
-            kind: "simulate" | "replay" | "identify" | "tune" | "landscape" | "learn" | "monte-carlo" | "sweep" | "frequency-sweep" | "map" | "reproduce";
+            kind: "simulate" | "replay" | "identify" | "tune" | "landscape" | "learn" | "monte-carlo" | "sweep" | "sensitivity" | "minute" | "response" | "frequency-sweep" | "map" | "reproduce";
         };
         /**
          * JobSummary
@@ -7883,7 +8137,7 @@ export interface components {
              * @description Its study, or simulate
              * @enum {string}
              */
-            kind: "simulate" | "replay" | "identify" | "tune" | "landscape" | "learn" | "monte-carlo" | "sweep" | "frequency-sweep" | "map" | "reproduce";
+            kind: "simulate" | "replay" | "identify" | "tune" | "landscape" | "learn" | "monte-carlo" | "sweep" | "sensitivity" | "minute" | "response" | "frequency-sweep" | "map" | "reproduce";
             /**
              * Other Model
              * @description Whether another version of the model has computed it
@@ -8233,7 +8487,7 @@ export interface components {
              * @enum {string}
              */
             kind: "landscape";
-            /** @description Results so far, of a job that is running */
+            /** @description Results so far, of a job that is running or was interrupted */
             partial?: components["schemas"]["PartialLandscape"] | null;
             /** @description Results of a job that is done */
             result?: components["schemas"]["LandscapeDocument"] | null;
@@ -8258,6 +8512,22 @@ export interface components {
              * @description Name that was given; empty where none was
              */
             by: string;
+        };
+        /**
+         * LawCost
+         * @description What a law costs, four controllers side by side, beyond no law at all.
+         */
+        LawCost: {
+            /**
+             * Ns
+             * @description Time of a control period, ns
+             */
+            ns: number;
+            /**
+             * Share
+             * @description The same as a share of the control period
+             */
+            share: number;
         };
         /**
          * LawEntry
@@ -8303,6 +8573,33 @@ export interface components {
              * @description Why a later version of the file does not run; empty if none
              */
             problem: string;
+            /**
+             * Version
+             * @description Number of the version that runs, from 1
+             */
+            version: number;
+            /**
+             * Versions
+             * @description Versions that are kept, to go back to and forward again
+             */
+            versions: number;
+            /**
+             * Newer
+             * @description Whether the file holds another text than that which runs
+             */
+            newer: boolean;
+            /**
+             * Before
+             * @description Law under whose name the version before runs; empty where there is none
+             */
+            before: string;
+            /**
+             * Digest
+             * @description SHA-256 of what its file holds, for PUT /laws/NAME; empty where refused
+             */
+            digest: string;
+            /** @description What it costs in a control period; null until GET /laws/NAME/cost has measured the version that runs */
+            cost: components["schemas"]["LawCost"] | null;
         };
         /**
          * LawList
@@ -8313,9 +8610,23 @@ export interface components {
             laws: components["schemas"]["LawEntry"][];
             /**
              * Refused
-             * @description Why files of one's own could not be taken at the start
+             * @description Why files of one's own that hold no law are not taken
              */
             refused: string[];
+        };
+        /**
+         * LawText
+         * @description What the file of a law is to hold.
+         * @example {
+         *       "text": "LAW = ..."
+         *     }
+         */
+        LawText: {
+            /**
+             * Text
+             * @description Python, at most 262144 bytes of UTF-8
+             */
+            text: string;
         };
         /**
          * LayoutRequest
@@ -8569,7 +8880,7 @@ export interface components {
              * @enum {string}
              */
             kind: "learn";
-            /** @description Results so far, of a job that is running */
+            /** @description Results so far, of a job that is running or was interrupted */
             partial?: components["schemas"]["PartialLearning"] | null;
             /** @description Results of a job that is done */
             result?: components["schemas"]["LearnDocument"] | null;
@@ -8635,6 +8946,37 @@ export interface components {
              * @description Name that others see
              */
             holder: string;
+        };
+        /**
+         * LeftField
+         * @description A number that was not changed.
+         */
+        LeftField: {
+            /** Path */
+            path: string;
+            /** Why */
+            why: string;
+        };
+        /**
+         * Limit
+         * @description A bound on a metric.
+         */
+        Limit: {
+            /**
+             * Of
+             * @description Metric as in objectives: B.worst.gain_margin
+             */
+            of: string;
+            /**
+             * At Least
+             * @description Least value, SI; margins as factors
+             */
+            at_least?: number | null;
+            /**
+             * At Most
+             * @description Largest value, SI
+             */
+            at_most?: number | null;
         };
         /**
          * Line
@@ -9254,7 +9596,7 @@ export interface components {
             kind: "map";
             /**
              * Partial
-             * @description Results so far, of a job that is running
+             * @description Results so far, of a job that is running or was interrupted
              */
             partial?: null;
             /** @description Results of a job that is done */
@@ -9360,6 +9702,30 @@ export interface components {
             normal_force: number[][];
         };
         /**
+         * MarginInterval
+         * @description A margin of the measured loop.
+         */
+        MarginInterval: {
+            /**
+             * Value
+             * @description As measured; null where there is none
+             */
+            value: number | null;
+            /**
+             * Interval
+             * @description 95 % interval; null before the last slide, and where some loop within its errors has none
+             */
+            interval: [
+                number,
+                number
+            ] | null;
+            /**
+             * Model
+             * @description Of the linearised loop at the same frequencies
+             */
+            model: number | null;
+        };
+        /**
          * MarginLimits
          * @description Limits that a mended loop holds; null disables one. The defaults are those of a search.
          */
@@ -9381,6 +9747,96 @@ export interface components {
              * @description Largest peak of the sensitivity 1/(1 + L)
              */
             Ms?: number | null;
+        };
+        /**
+         * MeasuredPlant
+         * @description The plant, m/N, and how sure it is; shares are of its magnitude.
+         */
+        MeasuredPlant: {
+            /**
+             * Magnitude
+             * @description Absolute value
+             */
+            magnitude: number[];
+            /**
+             * Phase
+             * @description Argument, unwrapped from the lowest frequency on
+             */
+            phase: number[];
+            /**
+             * Interval
+             * @description Half of the 95 % interval of the magnitude, as a share; of the phase, in rad
+             */
+            interval: number[];
+            /**
+             * Noise
+             * @description Standard deviation by noise, which periods show
+             */
+            noise: number[];
+            /**
+             * Distortion
+             * @description Standard deviation by what is not linear, which only slides of other phases show
+             */
+            distortion: number[];
+            /**
+             * Coherence
+             * @description Share of a slide's power that the response explains
+             */
+            coherence: number[];
+        };
+        /**
+         * MeasuredResponse
+         * @description The loop of one axis with the plant as it was measured, or as far as it has been.
+         */
+        MeasuredResponse: {
+            /** Variant */
+            variant: string;
+            /** Axis */
+            axis: string;
+            /**
+             * Velocity
+             * @description Sliding velocity
+             */
+            velocity: number;
+            /**
+             * Frequency
+             * @description Frequencies
+             */
+            frequency: number[];
+            /** @description L = C P */
+            open: components["schemas"]["LoopCurve"];
+            /** @description T = L/(1 + L) */
+            closed: components["schemas"]["LoopCurve"];
+            /** @description S = 1/(1 + L) */
+            sensitivity: components["schemas"]["LoopCurve"];
+            /** @description The same loop, linearised at that velocity */
+            linearised: components["schemas"]["ResponseDocument"];
+            /** @description Force command to position */
+            plant: components["schemas"]["MeasuredPlant"];
+            /** @description The same of the scenario, linearised */
+            linearised_plant: components["schemas"]["LoopCurve"];
+            /**
+             * Margins
+             * @description crossover, Hz, phase_margin, rad, gain_margin and gain_reduction: factors by which the gain may grow, and to which it may fall, before the loop is unstable
+             */
+            margins: {
+                [key: string]: components["schemas"]["MarginInterval"];
+            };
+            /**
+             * Slides
+             * @description Slides to and fro, each with phases of its own
+             */
+            slides: number;
+            /**
+             * Periods
+             * @description Periods that were measured in each
+             */
+            periods: number;
+            /**
+             * Seconds
+             * @description Time of all slides
+             */
+            seconds: number;
         };
         /**
          * Mend
@@ -9472,6 +9928,230 @@ export interface components {
              * @description Metrics of one scale are shown in one unit; empty: of its own
              */
             scale: string;
+        };
+        /**
+         * MinuteAxis
+         * @description One axis.
+         */
+        MinuteAxis: {
+            /** Reversals */
+            reversals: number;
+            /**
+             * Max Recorded
+             * @description Largest recorded following error
+             */
+            max_recorded: number;
+            /**
+             * Rms Recorded
+             * @description Its root mean square
+             */
+            rms_recorded: number;
+            /**
+             * Miss
+             * @description RMS by which the recorded controller, simulated, misses its record
+             */
+            miss: number;
+            max_predicted: components["schemas"]["PredictedError"];
+            rms_predicted: components["schemas"]["PredictedError"];
+            /**
+             * Disturbance
+             * @description RMS of the disturbance that the stretch had
+             */
+            disturbance: number;
+            /**
+             * Motor
+             * @description M, f_0, and LuGre's by name
+             */
+            motor: {
+                [key: string]: components["schemas"]["MotorEstimate"];
+            };
+            errors: components["schemas"]["MinuteErrors"];
+        };
+        /**
+         * MinuteDocument
+         * @description What another controller would have done in a recorded stretch.
+         */
+        MinuteDocument: {
+            /** Run */
+            run: string;
+            /**
+             * Name
+             * @description Of the run
+             */
+            name: string;
+            /** Variant */
+            variant: string;
+            /**
+             * Label
+             * @description Of the controller that was recorded
+             */
+            label: string;
+            /** Other */
+            other: string;
+            /**
+             * Other Label
+             * @description Of the controller that is tried
+             */
+            other_label: string;
+            /**
+             * Start
+             * @description First instant that metrics are of
+             */
+            start: number;
+            /**
+             * End
+             * @description Last one
+             */
+            end: number;
+            /** Members */
+            members: number;
+            /**
+             * Diverged
+             * @description Members in which the other controller diverges
+             */
+            diverged: number;
+            /**
+             * Axes
+             * @description Of the axes that move and reverse
+             */
+            axes: {
+                [key: string]: components["schemas"]["MinuteAxis"];
+            };
+            /** Warnings */
+            warnings: string[];
+            /** Version */
+            version: string;
+            /**
+             * Model
+             * @description Hash of the model's sources
+             */
+            model: string;
+        };
+        /**
+         * MinuteErrors
+         * @description Following errors, m, at the instants `time`: those where the prediction is extreme.
+         */
+        MinuteErrors: {
+            /**
+             * Time
+             * @description From the first sample of the run on, s
+             */
+            time: number[];
+            /** Recorded */
+            recorded: number[];
+            /**
+             * Again
+             * @description Of the recorded controller, simulated: how good the motor is
+             */
+            again: number[];
+            /**
+             * Predicted
+             * @description Of the other controller
+             */
+            predicted: number[];
+            /**
+             * Low
+             * @description Of the 95 % band, at each instant
+             */
+            low: number[];
+            /** High */
+            high: number[];
+        };
+        /**
+         * MinuteJob
+         * @description A job of the kind minute.
+         */
+        MinuteJob: {
+            /**
+             * Id
+             * @description Identifier, part of its URL
+             */
+            id: string;
+            /**
+             * State
+             * @description queued, running, done, failed, cancelled, or interrupted by the server's end
+             * @enum {string}
+             */
+            state: "queued" | "running" | "done" | "failed" | "cancelled" | "interrupted";
+            /**
+             * Progress
+             * @description Share of the work that is done, 0 to 1
+             */
+            progress: number;
+            /**
+             * Created
+             * Format: date-time
+             * @description When it was asked for
+             */
+            created: string;
+            /**
+             * Elapsed
+             * @description Time that it has run, s
+             */
+            elapsed: number;
+            /**
+             * Remaining
+             * @description Estimate of the time that it still needs, s
+             */
+            remaining: number | null;
+            /**
+             * Waits For
+             * @description Why it is queued: the server starts, other jobs run, kernels are compiled, runs and sessions hold the memory; null when it is not
+             */
+            waits_for?: ("server" | "jobs" | "kernels" | "memory") | null;
+            /**
+             * Subject
+             * @description What it is of, in short: a scenario, a run, a preset
+             * @default
+             */
+            subject: string;
+            /**
+             * Version
+             * @description Version of the program that computes it
+             * @default
+             */
+            version: string;
+            /**
+             * Model
+             * @description Hash of the model's sources
+             * @default
+             */
+            model: string;
+            /**
+             * Shipped
+             * @description Whether it came with the program
+             * @default false
+             */
+            shipped: boolean;
+            /**
+             * Error
+             * @description Why a job failed or was interrupted
+             */
+            error: string | null;
+            /**
+             * Unrecorded
+             * @description Why there is no record of it beyond the server's end
+             */
+            unrecorded?: string | null;
+            /**
+             * Request
+             * @description Body of the request that asked for it
+             */
+            request: {
+                [key: string]: unknown;
+            };
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "minute";
+            /**
+             * Partial
+             * @description Results so far, of a job that is running or was interrupted
+             */
+            partial?: null;
+            /** @description Results of a job that is done */
+            result?: components["schemas"]["MinuteDocument"] | null;
         };
         /**
          * ModelConfig
@@ -9691,7 +10371,7 @@ export interface components {
             kind: "monte-carlo";
             /**
              * Partial
-             * @description Results so far, of a job that is running
+             * @description Results so far, of a job that is running or was interrupted
              */
             partial?: null;
             /** @description Results of a job that is done */
@@ -9834,6 +10514,28 @@ export interface components {
             shipped: boolean;
             /** Description */
             description: string;
+        };
+        /**
+         * MotorEstimate
+         * @description A number of the motor as the controller's newtons have it, fitted to the record.
+         */
+        MotorEstimate: {
+            /** Value */
+            value: number;
+            /**
+             * Low
+             * @description Of the 95 % interval
+             */
+            low: number;
+            /** High */
+            high: number;
+            /**
+             * Believed
+             * @description The controller's model, which is the prior
+             */
+            believed: number;
+            /** Unit */
+            unit: string;
         };
         /**
          * MotorOrigin
@@ -11375,6 +12077,27 @@ export interface components {
             figures: components["schemas"]["PositioningFigures"] | null;
         };
         /**
+         * PredictedError
+         * @description A metric of the other controller.
+         */
+        PredictedError: {
+            /**
+             * Value
+             * @description Median of the members
+             */
+            value: number;
+            /**
+             * Low
+             * @description Of the 95 % interval
+             */
+            low: number;
+            /**
+             * High
+             * @description The same
+             */
+            high: number;
+        };
+        /**
          * Prediction
          * @description Factor rho of the error that repeats, from lap to lap: below 1 at all frequencies it fades.
          *
@@ -12013,7 +12736,7 @@ export interface components {
             kind: "replay";
             /**
              * Partial
-             * @description Results so far, of a job that is running
+             * @description Results so far, of a job that is running or was interrupted
              */
             partial?: null;
             /** @description Results of a job that is done */
@@ -12133,7 +12856,7 @@ export interface components {
              * @enum {string}
              */
             kind: "reproduce";
-            /** @description Results so far, of a job that is running */
+            /** @description Results so far, of a job that is running or was interrupted */
             partial?: components["schemas"]["PartialReproduce"] | null;
             /** @description Results of a job that is done */
             result?: components["schemas"]["ReproduceDocument"] | null;
@@ -12321,6 +13044,99 @@ export interface components {
             closed: components["schemas"]["LoopCurve"];
             /** @description S = 1/(1 + L) */
             sensitivity: components["schemas"]["LoopCurve"];
+        };
+        /**
+         * ResponseJob
+         * @description A job of the kind response.
+         */
+        ResponseJob: {
+            /**
+             * Id
+             * @description Identifier, part of its URL
+             */
+            id: string;
+            /**
+             * State
+             * @description queued, running, done, failed, cancelled, or interrupted by the server's end
+             * @enum {string}
+             */
+            state: "queued" | "running" | "done" | "failed" | "cancelled" | "interrupted";
+            /**
+             * Progress
+             * @description Share of the work that is done, 0 to 1
+             */
+            progress: number;
+            /**
+             * Created
+             * Format: date-time
+             * @description When it was asked for
+             */
+            created: string;
+            /**
+             * Elapsed
+             * @description Time that it has run, s
+             */
+            elapsed: number;
+            /**
+             * Remaining
+             * @description Estimate of the time that it still needs, s
+             */
+            remaining: number | null;
+            /**
+             * Waits For
+             * @description Why it is queued: the server starts, other jobs run, kernels are compiled, runs and sessions hold the memory; null when it is not
+             */
+            waits_for?: ("server" | "jobs" | "kernels" | "memory") | null;
+            /**
+             * Subject
+             * @description What it is of, in short: a scenario, a run, a preset
+             * @default
+             */
+            subject: string;
+            /**
+             * Version
+             * @description Version of the program that computes it
+             * @default
+             */
+            version: string;
+            /**
+             * Model
+             * @description Hash of the model's sources
+             * @default
+             */
+            model: string;
+            /**
+             * Shipped
+             * @description Whether it came with the program
+             * @default false
+             */
+            shipped: boolean;
+            /**
+             * Error
+             * @description Why a job failed or was interrupted
+             */
+            error: string | null;
+            /**
+             * Unrecorded
+             * @description Why there is no record of it beyond the server's end
+             */
+            unrecorded?: string | null;
+            /**
+             * Request
+             * @description Body of the request that asked for it
+             */
+            request: {
+                [key: string]: unknown;
+            };
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "response";
+            /** @description Results so far, of a job that is running or was interrupted */
+            partial?: components["schemas"]["MeasuredResponse"] | null;
+            /** @description Results of a job that is done */
+            result?: components["schemas"]["MeasuredResponse"] | null;
         };
         /**
          * ResultDocument
@@ -13207,6 +14023,141 @@ export interface components {
             name: string;
         };
         /**
+         * SensitivityDocument
+         * @description How the metrics of a scenario change with each of its numbers.
+         */
+        SensitivityDocument: {
+            /** Scenario */
+            scenario: string;
+            /** Plant */
+            plant: string;
+            /** Seed */
+            seed: number;
+            /** Version */
+            version: string;
+            /**
+             * Model
+             * @description Hash of the model's sources
+             */
+            model: string;
+            /** Step */
+            step: number;
+            /** Fields */
+            fields: components["schemas"]["ChangedField"][];
+            /**
+             * Left
+             * @description Numbers left out, such as zeros
+             */
+            left: components["schemas"]["LeftField"][];
+            /**
+             * Variants
+             * @description By variant, axis and metric
+             */
+            variants: {
+                [key: string]: {
+                    [key: string]: {
+                        [key: string]: components["schemas"]["FieldEffect"];
+                    };
+                };
+            };
+        };
+        /**
+         * SensitivityJob
+         * @description A job of the kind sensitivity.
+         */
+        SensitivityJob: {
+            /**
+             * Id
+             * @description Identifier, part of its URL
+             */
+            id: string;
+            /**
+             * State
+             * @description queued, running, done, failed, cancelled, or interrupted by the server's end
+             * @enum {string}
+             */
+            state: "queued" | "running" | "done" | "failed" | "cancelled" | "interrupted";
+            /**
+             * Progress
+             * @description Share of the work that is done, 0 to 1
+             */
+            progress: number;
+            /**
+             * Created
+             * Format: date-time
+             * @description When it was asked for
+             */
+            created: string;
+            /**
+             * Elapsed
+             * @description Time that it has run, s
+             */
+            elapsed: number;
+            /**
+             * Remaining
+             * @description Estimate of the time that it still needs, s
+             */
+            remaining: number | null;
+            /**
+             * Waits For
+             * @description Why it is queued: the server starts, other jobs run, kernels are compiled, runs and sessions hold the memory; null when it is not
+             */
+            waits_for?: ("server" | "jobs" | "kernels" | "memory") | null;
+            /**
+             * Subject
+             * @description What it is of, in short: a scenario, a run, a preset
+             * @default
+             */
+            subject: string;
+            /**
+             * Version
+             * @description Version of the program that computes it
+             * @default
+             */
+            version: string;
+            /**
+             * Model
+             * @description Hash of the model's sources
+             * @default
+             */
+            model: string;
+            /**
+             * Shipped
+             * @description Whether it came with the program
+             * @default false
+             */
+            shipped: boolean;
+            /**
+             * Error
+             * @description Why a job failed or was interrupted
+             */
+            error: string | null;
+            /**
+             * Unrecorded
+             * @description Why there is no record of it beyond the server's end
+             */
+            unrecorded?: string | null;
+            /**
+             * Request
+             * @description Body of the request that asked for it
+             */
+            request: {
+                [key: string]: unknown;
+            };
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "sensitivity";
+            /**
+             * Partial
+             * @description Results so far, of a job that is running or was interrupted
+             */
+            partial?: null;
+            /** @description Results of a job that is done */
+            result?: components["schemas"]["SensitivityDocument"] | null;
+        };
+        /**
          * Sequence
          * @description Do several motions one after another; each is moved to start where the one before ended.
          */
@@ -13810,7 +14761,7 @@ export interface components {
             kind: "simulate";
             /**
              * Partial
-             * @description Results so far, of a job that is running
+             * @description Results so far, of a job that is running or was interrupted
              */
             partial?: null;
             /** @description Results of a job that is done */
@@ -14976,6 +15927,41 @@ export interface components {
             high: number[] | null;
         };
         /**
+         * StudyEntry
+         * @description A study or a view.
+         */
+        StudyEntry: {
+            /** Name */
+            name: string;
+            /**
+             * Path
+             * @description Of its route, below /api/v1
+             */
+            path: string;
+            /** Summary */
+            summary: string;
+            /**
+             * File
+             * @description Name of the file of one of one's own; else empty
+             */
+            file: string;
+        };
+        /**
+         * StudyList
+         * @description Every study and view, and files that hold none.
+         */
+        StudyList: {
+            /** Studies */
+            studies: components["schemas"]["StudyEntry"][];
+            /** Views */
+            views: components["schemas"]["ViewEntry"][];
+            /**
+             * Refused
+             * @description Why files of one's own could not be taken at the start
+             */
+            refused: string[];
+        };
+        /**
          * SubdivisionConfig
          * @description What a controller knows of its encoder's sub-divisional error, and takes off each reading.
          *
@@ -15023,7 +16009,7 @@ export interface components {
             fields: components["schemas"]["SweptField"][];
             /**
              * Shape
-             * @description Values along each dimension; cases are in row-major order, a list has one
+             * @description Values along each dimension; cases are in row-major order, all but a grid have one
              */
             shape: number[];
             /** Cases */
@@ -15039,6 +16025,21 @@ export interface components {
             };
             /** Best */
             best: components["schemas"]["Best"][];
+            /**
+             * Objectives
+             * @description What cases are compared by, if anything
+             */
+            objectives: components["schemas"]["SweptFigure"][];
+            /**
+             * Limits
+             * @description What cases have to meet, if anything
+             */
+            limits: components["schemas"]["SweptLimit"][];
+            /**
+             * Front
+             * @description Cases within all limits that no other one betters in every objective, by the first objective; with one objective the best case; none without objectives
+             */
+            front: number[];
         };
         /**
          * SweepJob
@@ -15128,7 +16129,7 @@ export interface components {
              * @enum {string}
              */
             kind: "sweep";
-            /** @description Results so far, of a job that is running */
+            /** @description Results so far, of a job that is running or was interrupted */
             partial?: components["schemas"]["PartialSweep"] | null;
             /** @description Results of a job that is done */
             result?: components["schemas"]["SweepDocument"] | null;
@@ -15160,6 +16161,57 @@ export interface components {
             unit: string;
             /** Values */
             values: unknown[];
+        };
+        /**
+         * SweptFigure
+         * @description An objective over all cases.
+         */
+        SweptFigure: {
+            /**
+             * Of
+             * @description Metric as VARIANT.AXIS.METRIC
+             */
+            of: string;
+            /**
+             * Unit
+             * @description SI
+             */
+            unit: string;
+            /**
+             * Falls
+             * @description Whether less is better
+             */
+            falls: boolean;
+            /**
+             * Values
+             * @description One a case; null where the case has none
+             */
+            values: (number | null)[];
+        };
+        /**
+         * SweptLimit
+         * @description What a case has to meet.
+         */
+        SweptLimit: {
+            /**
+             * Of
+             * @description Metric as VARIANT.AXIS.METRIC
+             */
+            of: string;
+            /**
+             * Unit
+             * @description SI
+             */
+            unit: string;
+            /** At Least */
+            at_least: number | null;
+            /** At Most */
+            at_most: number | null;
+            /**
+             * Exceeded
+             * @description Cases that do not meet it
+             */
+            exceeded: number[];
         };
         /**
          * SweptVariant
@@ -15437,7 +16489,7 @@ export interface components {
             /** Axes */
             axes: string[];
             present: components["schemas"]["Candidate"];
-            /** @description The gains that the paper prints for this motion */
+            /** @description The gains that the paper prints for this motion, or else for the pentagram */
             paper: components["schemas"]["Candidate"];
             /**
              * Candidates
@@ -15559,7 +16611,7 @@ export interface components {
              * @enum {string}
              */
             kind: "tune";
-            /** @description Results so far, of a job that is running */
+            /** @description Results so far, of a job that is running or was interrupted */
             partial?: components["schemas"]["PartialTuning"] | null;
             /** @description Results of a job that is done */
             result?: components["schemas"]["TuneDocument"] | null;
@@ -15701,6 +16753,33 @@ export interface components {
              * @description What it is in every case
              */
             value?: number | null;
+        };
+        /**
+         * ViewEntry
+         * @description A view.
+         */
+        ViewEntry: {
+            /** Name */
+            name: string;
+            /**
+             * Path
+             * @description Of its route, below /api/v1
+             */
+            path: string;
+            /** Summary */
+            summary: string;
+            /**
+             * File
+             * @description Name of the file of one of one's own; else empty
+             */
+            file: string;
+            /**
+             * Figures
+             * @description Fields of the document of one of one's own, those of its parts too, by name
+             */
+            figures: {
+                [key: string]: components["schemas"]["Figure"];
+            };
         };
         /**
          * ViewRequest
@@ -16474,7 +17553,7 @@ export interface components {
              * @description What a program can tell problems apart by
              * @enum {string}
              */
-            type: "urn:motionlab:problem:invalid-body" | "urn:motionlab:problem:invalid-host" | "urn:motionlab:problem:invalid-message" | "urn:motionlab:problem:token-needed" | "urn:motionlab:problem:foreign-request" | "urn:motionlab:problem:not-found" | "urn:motionlab:problem:method-not-allowed" | "urn:motionlab:problem:wrong-state" | "urn:motionlab:problem:shipped" | "urn:motionlab:problem:busy" | "urn:motionlab:problem:not-replayable" | "urn:motionlab:problem:lease-not-held" | "urn:motionlab:problem:drive-link" | "urn:motionlab:problem:body-too-large" | "urn:motionlab:problem:unsupported-media-type" | "urn:motionlab:problem:invalid-field" | "urn:motionlab:problem:infeasible-trajectory" | "urn:motionlab:problem:experiment-failed" | "urn:motionlab:problem:limit-reached" | "urn:motionlab:problem:internal-error" | "urn:motionlab:problem:unavailable" | "urn:motionlab:problem:no-room";
+            type: "urn:motionlab:problem:invalid-body" | "urn:motionlab:problem:invalid-host" | "urn:motionlab:problem:invalid-message" | "urn:motionlab:problem:token-needed" | "urn:motionlab:problem:foreign-request" | "urn:motionlab:problem:not-editable" | "urn:motionlab:problem:not-found" | "urn:motionlab:problem:method-not-allowed" | "urn:motionlab:problem:wrong-state" | "urn:motionlab:problem:shipped" | "urn:motionlab:problem:busy" | "urn:motionlab:problem:not-replayable" | "urn:motionlab:problem:lease-not-held" | "urn:motionlab:problem:drive-link" | "urn:motionlab:problem:body-too-large" | "urn:motionlab:problem:unsupported-media-type" | "urn:motionlab:problem:invalid-field" | "urn:motionlab:problem:infeasible-trajectory" | "urn:motionlab:problem:experiment-failed" | "urn:motionlab:problem:limit-reached" | "urn:motionlab:problem:internal-error" | "urn:motionlab:problem:unavailable" | "urn:motionlab:problem:no-room";
             /**
              * Title
              * @description Name of the type
@@ -17541,7 +18620,7 @@ export interface operations {
         parameters: {
             query?: {
                 /** @description Only jobs of this kind */
-                kind?: ("simulate" | "replay" | "identify" | "tune" | "landscape" | "learn" | "monte-carlo" | "sweep" | "frequency-sweep" | "map" | "reproduce") | null;
+                kind?: ("simulate" | "replay" | "identify" | "tune" | "landscape" | "learn" | "monte-carlo" | "sweep" | "sensitivity" | "minute" | "response" | "frequency-sweep" | "map" | "reproduce") | null;
             };
             header?: never;
             path?: never;
@@ -17690,7 +18769,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["ReplayJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["LearningJob"] | components["schemas"]["MonteCarloJob"] | components["schemas"]["SweepJob"] | components["schemas"]["FrequencySweepJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"];
+                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["ReplayJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["LearningJob"] | components["schemas"]["MonteCarloJob"] | components["schemas"]["SweepJob"] | components["schemas"]["SensitivityJob"] | components["schemas"]["MinuteJob"] | components["schemas"]["ResponseJob"] | components["schemas"]["FrequencySweepJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"];
                 };
             };
             /** @description Bad Request */
@@ -17778,7 +18857,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["ReplayJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["LearningJob"] | components["schemas"]["MonteCarloJob"] | components["schemas"]["SweepJob"] | components["schemas"]["FrequencySweepJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"];
+                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["ReplayJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["LearningJob"] | components["schemas"]["MonteCarloJob"] | components["schemas"]["SweepJob"] | components["schemas"]["SensitivityJob"] | components["schemas"]["MinuteJob"] | components["schemas"]["ResponseJob"] | components["schemas"]["FrequencySweepJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"];
                 };
             };
             /** @description Bad Request */
@@ -21559,8 +22638,8 @@ export interface operations {
                      */
                     constraints?: components["schemas"]["Constraints"];
                     /**
-                     * observer
-                     * @description Further numbers of the controller to search, by path, each with low and high; both axes share them and are then tuned together
+                     * further numbers
+                     * @description Further numbers of the controller to search, each with low and high, SI: compensation.NAME of any number that its law declares, disturbance_observer.bandwidth; both axes share them and are then tuned together
                      */
                     also?: {
                         [key: string]: [
@@ -22449,11 +23528,38 @@ export interface operations {
                     grid: components["schemas"]["Dimension"][];
                     /**
                      * Combine
-                     * @description grid: every combination of values; list: first with first, second with second
+                     * @description grid: every combination of values; list: first with first, second with second; random, latin-hypercube, sobol: cases drawn from all ranges at once; search: cases chosen for the least objectives
                      * @default grid
                      * @enum {string}
                      */
-                    combine?: "grid" | "list";
+                    combine?: "grid" | "list" | "random" | "latin-hypercube" | "sobol" | "search";
+                    /**
+                     * Samples
+                     * @description Cases that are drawn or searched; none of a grid or a list
+                     */
+                    samples?: number | null;
+                    /**
+                     * Sampling Seed
+                     * @description Seed of what is drawn or searched, left out 0; none of a grid or a list
+                     */
+                    sampling_seed?: number | null;
+                    /**
+                     * Searcher
+                     * @description How a search chooses cases; left out, cma-es for one objective over ranges, tpe over names, nsga-ii for several objectives
+                     */
+                    searcher?: ("cma-es" | "nsga-ii" | "tpe" | "gp") | null;
+                    /**
+                     * Objectives
+                     * @description Metrics as VARIANT.AXIS.METRIC, AXIS x, y or worst: B.worst.max_abs_force
+                     * @default []
+                     */
+                    objectives?: string[];
+                    /**
+                     * Limits
+                     * @description What a case has to meet
+                     * @default []
+                     */
+                    limits?: components["schemas"]["Limit"][];
                 };
             };
         };
@@ -22466,6 +23572,190 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["SweepJob"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    sensitivity: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": {
+                    /**
+                     * Scenario
+                     * @default circle
+                     */
+                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                        /** @enum {string} */
+                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                        /**
+                         * Name
+                         * @description Short name
+                         * @default custom
+                         */
+                        name?: string;
+                        /**
+                         * Title
+                         * @description One line for people
+                         * @default
+                         */
+                        title?: string;
+                        /**
+                         * Description
+                         * @description What it shows and whose choice its numbers are
+                         * @default
+                         */
+                        description?: string;
+                        /**
+                         * Seed
+                         * @description Seed of every noise source
+                         * @default 2019
+                         */
+                        seed?: number;
+                        /**
+                         * Settling Band
+                         * @description Following error below which a move counts as settled
+                         * @default 0.000002
+                         */
+                        settling_band?: number;
+                        /**
+                         * Divergence Error
+                         * @description Following error beyond which a variant has diverged
+                         * @default 0.02
+                         */
+                        divergence_error?: number;
+                        /**
+                         * thrust reserve
+                         * @description Share of the force sharing's linear range that a motion leaves to feedback to be feasible
+                         * @default 0.12
+                         */
+                        thrust_reserve?: number;
+                        plant?: string | Record<string, never>;
+                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                        variants?: {
+                            [key: string]: Record<string, never>;
+                        };
+                        load?: Record<string, never>;
+                        schedule?: Record<string, never>[];
+                        window?: Record<string, never> | null;
+                        learnt?: Record<string, never> | null;
+                    } | unknown | unknown);
+                    /**
+                     * Set
+                     * @description Dotted path to value, SI
+                     */
+                    set?: {
+                        [key: string]: unknown;
+                    };
+                    /**
+                     * Step
+                     * @description Change of each number, down and up, as a share of it
+                     * @default 0.01
+                     */
+                    step?: number;
+                    /**
+                     * Fields
+                     * @description Dotted paths of numbers, or of tables for all numbers in them; empty for all
+                     * @default []
+                     */
+                    fields?: string[];
+                    /**
+                     * Margins
+                     * @description Also of gain and phase margins, which takes 20 ms a field
+                     * @default false
+                     */
+                    margins?: boolean;
+                };
+            };
+        };
+        responses: {
+            /** @description Accepted as a job, at its Location */
+            202: {
+                headers: {
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SensitivityJob"];
                 };
             };
             /** @description Bad Request */
@@ -22659,6 +23949,371 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["WhyDocument"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    predictMinute: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": {
+                    /**
+                     * Run
+                     * @description Identifier of a kept run
+                     */
+                    run: string;
+                    /**
+                     * Variant
+                     * @description Whose record is read; null: the first of the run
+                     */
+                    variant?: string | null;
+                    /**
+                     * Other
+                     * @description Whose controller is tried; null: the second variant of the scenario, or the first where there is one only
+                     */
+                    other?: string | null;
+                    /**
+                     * Set
+                     * @description Changes of the run's scenario for the controller that is tried: dotted path to value, SI
+                     */
+                    set?: {
+                        [key: string]: unknown;
+                    };
+                    /**
+                     * start
+                     * @description Beginning of the stretch, from the first sample on
+                     * @default 0
+                     */
+                    start?: number;
+                    /**
+                     * end
+                     * @description Its end; null: that of the run
+                     */
+                    end?: number | null;
+                    /**
+                     * Members
+                     * @description Motors within the fit's errors that are simulated
+                     * @default 24
+                     */
+                    members?: number;
+                    /**
+                     * Seed
+                     * @description Of the motors and their noise
+                     * @default 0
+                     */
+                    seed?: number;
+                };
+            };
+        };
+        responses: {
+            /** @description Accepted as a job, at its Location */
+            202: {
+                headers: {
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MinuteJob"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    measureResponse: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": {
+                    /**
+                     * Scenario
+                     * @default circle
+                     */
+                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                        /** @enum {string} */
+                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                        /**
+                         * Name
+                         * @description Short name
+                         * @default custom
+                         */
+                        name?: string;
+                        /**
+                         * Title
+                         * @description One line for people
+                         * @default
+                         */
+                        title?: string;
+                        /**
+                         * Description
+                         * @description What it shows and whose choice its numbers are
+                         * @default
+                         */
+                        description?: string;
+                        /**
+                         * Seed
+                         * @description Seed of every noise source
+                         * @default 2019
+                         */
+                        seed?: number;
+                        /**
+                         * Settling Band
+                         * @description Following error below which a move counts as settled
+                         * @default 0.000002
+                         */
+                        settling_band?: number;
+                        /**
+                         * Divergence Error
+                         * @description Following error beyond which a variant has diverged
+                         * @default 0.02
+                         */
+                        divergence_error?: number;
+                        /**
+                         * thrust reserve
+                         * @description Share of the force sharing's linear range that a motion leaves to feedback to be feasible
+                         * @default 0.12
+                         */
+                        thrust_reserve?: number;
+                        plant?: string | Record<string, never>;
+                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                        variants?: {
+                            [key: string]: Record<string, never>;
+                        };
+                        load?: Record<string, never>;
+                        schedule?: Record<string, never>[];
+                        window?: Record<string, never> | null;
+                        learnt?: Record<string, never> | null;
+                    } | unknown | unknown);
+                    /**
+                     * Set
+                     * @description Dotted path to value, SI
+                     */
+                    set?: {
+                        [key: string]: unknown;
+                    };
+                    /**
+                     * gains of
+                     * @description Whose gains; left out: the second variant, or the only one
+                     */
+                    variant?: string | null;
+                    /**
+                     * Axis
+                     * @description Axis
+                     * @default x
+                     * @enum {string}
+                     */
+                    axis?: "x" | "y";
+                    /**
+                     * time
+                     * @description Time of all slides
+                     * @default 60
+                     */
+                    seconds?: number;
+                    /**
+                     * Velocity
+                     * @description Velocity of the slides; rounded to whole pole pitches in a period
+                     * @default 0.04
+                     */
+                    velocity?: number;
+                    /**
+                     * Force
+                     * @description Force of the multisine, RMS
+                     * @default 2
+                     */
+                    force?: number;
+                    /**
+                     * Low
+                     * @description Lowest frequency; its period is that of the multisine
+                     * @default 1
+                     */
+                    low?: number;
+                    /**
+                     * High
+                     * @description Highest frequency
+                     * @default 700
+                     */
+                    high?: number;
+                    /**
+                     * Lines
+                     * @description Frequencies, evenly over their logarithm
+                     * @default 60
+                     */
+                    lines?: number;
+                    /**
+                     * Seed
+                     * @description Of the phases
+                     * @default 0
+                     */
+                    seed?: number;
+                };
+            };
+        };
+        responses: {
+            /** @description Accepted as a job, at its Location */
+            202: {
+                headers: {
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ResponseJob"];
                 };
             };
             /** @description Bad Request */
@@ -23439,6 +25094,62 @@ export interface operations {
             };
             /** @description Service Unavailable */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getStudies: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StudyList"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -27883,6 +29594,365 @@ export interface operations {
             };
             /** @description Forbidden */
             403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    getLawCost: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Name of a law */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LawCost"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    putLaw: {
+        parameters: {
+            query?: never;
+            header: {
+                /** @description `digest` of the law: what its file is known to hold */
+                "if-match": string;
+            };
+            path: {
+                /** @description Name of a law */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["LawText"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LawEntry"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Insufficient Storage */
+            507: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    takeLawBack: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Percent-encoded name of who acts, as others see it; 40 characters */
+                Person?: string;
+            };
+            path: {
+                /** @description Name of a law */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LawEntry"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    takeLawForward: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Percent-encoded name of who acts, as others see it; 40 characters */
+                Person?: string;
+            };
+            path: {
+                /** @description Name of a law */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LawEntry"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
                 headers: {
                     [name: string]: unknown;
                 };

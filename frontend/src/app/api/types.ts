@@ -5,7 +5,7 @@
 
 import type { components, paths } from './schema';
 
-type Schemas = components['schemas'];
+export type Schemas = components['schemas'];
 
 export type Axis = 'x' | 'y';
 export const AXES: readonly Axis[] = ['x', 'y'];
@@ -94,7 +94,8 @@ export type TuneHistory = Schemas['TuneHistory'];
 export type AxisLandscape = Schemas['AxisLandscape'];
 /** The loop of one axis over frequency. */
 export type LoopResponse = Schemas['ResponseDocument'];
-export type LoopSweep = Schemas['FrequencySweepDocument'];
+/** The loop with the plant as it was measured. */
+export type MeasuredLoop = Schemas['MeasuredResponse'];
 /** Eqs (39) to (42) of one axis, and the simulation. */
 export type LoopAccuracy = Schemas['AccuracyDocument'];
 
@@ -150,6 +151,7 @@ export type LearntForce = Schemas['LearntForce'];
 
 /** Metrics over a grid or a list of values of fields. */
 export type SweepResult = Schemas['SweepDocument'];
+export type SensitivityResult = Schemas['SensitivityDocument'];
 
 /** A run, as lists show it, and with all that makes it reproducible. */
 export type Run = Schemas['Run'];

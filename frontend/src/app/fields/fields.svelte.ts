@@ -167,6 +167,19 @@ export function lawName(scenario: Scenario | null, variant: string): string {
   return off ? `${name}, switched off` : name;
 }
 
+/** Paths of the parameters that a variant's law, or its sharing function, uses. */
+export function lawParameters(
+  scenario: Scenario | null,
+  variant: string,
+  part: 'compensation' | 'sharing' = 'compensation',
+): string[] {
+  const law = String(at(scenario, `variants.${variant}.controller.${part}.law`) ?? '');
+  return Object.keys(served.scenario.fields)
+    .filter((path) => path.startsWith(`variants.*.controller.${part}.`))
+    .map((path) => path.replace('*', variant))
+    .filter((path) => entryOf(path)?.used_with?.includes(law));
+}
+
 export class Refusals {
   /** Messages of values that the server refused. */
   problems = $state.raw<Record<string, string>>({});

@@ -64,7 +64,17 @@ it('tells a law’s file that was just saved, again where it is saved with the s
   expect(newLaw(at([first]), at([first, again]))).toBe(again);
   expect(lawText(first)).toBe('law mine not taken: mine.py:7: mine: SyntaxError: no');
   expect(lawMark(first)).toBe('law mine not taken');
-  expect(lawText({ ...first, reason: '' })).toBe('law mine: a new version');
+  const taken = { ...first, reason: '' };
+  expect(lawText(taken)).toBe('law mine: a new version');
+  expect(lawText({ ...taken, version: 2 })).toBe('law mine, version 2');
+  const jump = { B: { x: 0.4213, y: -0.1 } };
+  const text = 'law mine, version 2: +0.42 N on x, −0.10 N on y';
+  expect(lawText({ ...taken, version: 2, jump })).toBe(text);
+  expect(lawMark({ ...taken, version: 2, jump })).toBe(text);
+  const both = { A: { x: 2e-5, y: 0 }, B: { x: 1, y: 0 } };
+  expect(lawMark({ ...taken, version: 3, jump: both })).toBe(
+    'law mine, version 3: A no jump in force; B +1.0 N on x',
+  );
 });
 
 it('tells a reset that has just come', () => {

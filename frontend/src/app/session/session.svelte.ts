@@ -21,6 +21,7 @@ import {
 } from './kept-sessions';
 import type { Channel } from '../../plot/source';
 import { digits } from '../../ui/units';
+import { declaredAs } from './declared';
 import { lawText } from './law-text';
 import { Moments, newLaw, newReset, newStop } from './moments.svelte';
 import { person } from './person.svelte';
@@ -68,6 +69,9 @@ export class SessionStore {
   private stops = 0;
   /** What was last said of a law that was not taken, until another version is. */
   private lawProblem = '';
+
+  /** Called when another version of a law's file has been taken. */
+  onLaw: () => void = () => undefined;
 
   constructor(private readonly api: Api) {}
 
@@ -337,6 +341,10 @@ export class SessionStore {
       const text = lawText(law);
       this.lawProblem = `${text.charAt(0).toUpperCase()}${text.slice(1)}`;
       messages.error(this.lawProblem);
+    } else if (law) {
+      if (this.base) this.base = declaredAs(this.base, info.base);
+      this.setDraft(fitting(this.draft, info.scenario));
+      this.onLaw();
     }
     // The next Play goes on at the speed that another person has chosen.
     const latest = info.events.filter(({ speed }) => typeof speed === 'number').at(-1);
@@ -366,7 +374,7 @@ export class SessionStore {
     if (!info.drive) [this.home, this.whole] = ['', null];
     this.variant = info.drive ? (Object.keys(info.scenario.variants)[0] ?? '') : '';
     this.info = this.shown(info);
-    this.base = own.base ?? info.base;
+    this.base = own.base ? declaredAs(own.base, info.base) : info.base;
     this.draft = fitting(own.draft ?? {}, info.scenario);
     this.paths = own.paths ?? [];
     this.speed = info.state === 'playing' ? info.speed : (own.speed ?? 1);

@@ -30,7 +30,7 @@ const info = (id: string, compensation = false, revision = 0): SessionInfo =>
     people: [],
     events: [],
     stream: `/api/v1/sessions/${id}/stream`,
-    base: { name: 'circle' },
+    base: { name: 'circle', variants: {} },
     scenario: { name: 'circle', variants: { B: { controller: { compensation } } } },
   }) as unknown as SessionInfo;
 

@@ -134,6 +134,7 @@ describe('a what-if in the page', () => {
 describe('the server has to run', () => {
   it('math channels, and what it says only it can', async () => {
     await expect(made.run({}, ['p=B.x.thrust * 2'])).rejects.toBeInstanceOf(Obstacle);
+    await expect(made.run({}, ['B.x.law_w'])).rejects.toBeInstanceOf(Obstacle);
     expect(made.whatifLanes).not.toHaveBeenCalled();
     const other = await kernelOf({ module: 'other' });
     await expect(other.run({})).rejects.toThrow('another version');

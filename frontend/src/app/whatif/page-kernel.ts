@@ -20,6 +20,9 @@ const AGAIN = 5000;
 /** What the page cannot run, and why: the server does. */
 export class Obstacle extends Error {}
 
+/** Whether a column is of the state of a law of one's own. */
+const ofOwnLaw = (column: string) => /^[A-Z]\.[xy]\.law_/.test(column);
+
 /** A question that the server answered with an obstacle, and when. */
 interface OnlyServer {
   question: Question;
@@ -79,6 +82,7 @@ export class PageKernel {
   ): Promise<Preview> {
     const crew = await this.crewOf();
     if (question.columns.some(isMath)) throw new Obstacle('math channels are computed there');
+    if (question.columns.some(ofOwnLaw)) throw new Obstacle("states of one's own laws are there");
     const changed = await this.changes.lanesOf(question, range);
     const { lanes, inputs } = changed ?? (await this.check(api, crew, question, range, signal));
     const variants = Object.keys(lanes.windows[0]?.variants ?? {});

@@ -73,19 +73,28 @@ interface Place {
   parameters?: Readonly<Record<string, string>>;
 }
 
-export const PLACES: Readonly<Record<JobKind, Place>> = {
+const PLACES: Readonly<Record<JobKind, Place>> = {
   identify: { name: 'Identification', screen: 'identify' },
   tune: { name: 'Search for gains', screen: 'tune' },
   landscape: { name: 'Map of the cost', screen: 'tune' },
+  response: { name: 'Measured loop', screen: 'tune' },
   'frequency-sweep': { name: 'Swept loop', screen: 'tune' },
   learn: { name: 'Learning', screen: 'lab' },
+  minute: { name: 'The same minute', screen: 'runs' },
   'monte-carlo': { name: 'Monte Carlo', screen: 'lab' },
   sweep: { name: 'Sweep', screen: 'sweep' },
+  sensitivity: { name: 'Sensitivity', screen: 'sweep' },
   map: { name: 'Force map', screen: 'motor', parameters: { tab: 'maps' } },
   reproduce: { name: 'Reproduction', screen: 'paper' },
   simulate: { name: 'Simulation', screen: 'runs' },
   replay: { name: 'Check of a run', screen: 'runs' },
 };
+
+/** Returns the place of a kind of job; of a study of one's own it has no screen: null. */
+export function placeOf(kind: string): { name: string } & Partial<Place> {
+  const known: Readonly<Partial<Record<string, Place>>> = PLACES;
+  return known[kind] ?? { name: kind };
+}
 
 /** Returns why there is no result: "failed. The motor diverged"; null where nothing went wrong. */
 export function trouble({ state, error }: Pick<JobReport, 'state' | 'error'>): string | null {

@@ -13,6 +13,8 @@ const AGAIN = 500;
 const SPACING = 33;
 /** So long after the last question it is asked, where the page has margins of it already, ms. */
 const REST = 200;
+/** So long nothing may come before the figures that are shown are marked as older, ms. */
+const PATIENCE = 500;
 
 export interface LoopQuestion {
   scenario: Scenario;
@@ -29,11 +31,14 @@ export class LoopMargins {
   known = $state.raw<Readonly<Record<string, LoopOfVariant>> | null>(null);
   /** Whether the figures are older than the controls. */
   asking = $state(false);
+  /** Whether figures are shown that have been older than the controls for more than a moment. */
+  late = $state(false);
   private readonly queue = new LatestWins<LoopQuestion>((question) => this.run(question));
   private newest: LoopQuestion | null = null;
   /** Whether the page computes them while a control moves. */
   private inPage = false;
   private rest: ReturnType<typeof setTimeout> | undefined;
+  private patience: ReturnType<typeof setTimeout> | undefined;
 
   constructor(private readonly api: Pick<Api, 'loop'>) {}
 
@@ -44,6 +49,7 @@ export class LoopMargins {
   ask(question: LoopQuestion): void {
     this.asking = true;
     this.newest = question;
+    this.wait();
     clearTimeout(this.rest);
     if (this.inPage) this.rest = setTimeout(() => this.queue.push(question), REST);
     else this.queue.push(question);
@@ -52,7 +58,19 @@ export class LoopMargins {
   /** Takes what the page has computed; null where it does not. */
   take(loops: Readonly<Record<string, LoopOfVariant>> | null): void {
     this.inPage = loops !== null;
-    if (loops) this.known = loops;
+    if (loops) this.show(loops);
+  }
+
+  /** Marks what is shown unless something comes soon. */
+  private wait(): void {
+    this.patience ??= setTimeout(() => (this.late = this.known !== null), PATIENCE);
+  }
+
+  private show(loops: Readonly<Record<string, LoopOfVariant>> | null): void {
+    this.known = loops;
+    this.late = false;
+    clearTimeout(this.patience);
+    this.patience = undefined;
   }
 
   /** Returns a loop's figures; null before they are known and where a law has no linearisation. */
@@ -70,7 +88,7 @@ export class LoopMargins {
     try {
       const { variants } = await this.api.loop(question);
       // The page may have shown later ones.
-      if (!this.inPage || question === this.newest) this.known = variants;
+      if (!this.inPage || question === this.newest) this.show(variants);
     } catch (error) {
       // A newer question is on its way; its answer counts.
       if (this.queue.superseded) return;
@@ -79,9 +97,10 @@ export class LoopMargins {
         if (!this.queue.superseded) this.queue.push(question);
         return;
       }
-      this.known = null; // The refusal is shown at its field.
+      this.show(null); // The refusal is shown at its field.
     }
     if (!this.queue.superseded) this.asking = false;
+    else this.wait();
     await spaced;
   }
 }

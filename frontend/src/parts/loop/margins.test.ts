@@ -121,3 +121,36 @@ it('shows what the page computes while a control moves, and asks the server at r
   expect([margins.reason('A'), margins.asking]).toEqual(['server 4', false]);
   vi.useRealTimers();
 });
+
+it('marks margins that are older than the controls, until the newest come', async () => {
+  vi.useFakeTimers();
+  const answers: ((loops: Loops) => void)[] = [];
+  const margins = new LoopMargins({
+    loop: () => new Promise<Loops>((resolve) => answers.push(resolve)),
+  } as never);
+  const question = (k_p: number) => ({ scenario: {} as never, set: { k_p } });
+  const answer = async (k: number) => {
+    answers[k]?.({ variants: { A: { axes: { x: LOOP }, note: null } } });
+    await vi.advanceTimersByTimeAsync(40);
+  };
+  const late = async (time: number) => {
+    await vi.advanceTimersByTimeAsync(time);
+    return margins.late;
+  };
+  margins.ask(question(1));
+  expect(await late(2000)).toBe(false); // nothing is shown
+  await answer(0);
+  margins.ask(question(2));
+  expect(await late(400)).toBe(false);
+  margins.ask(question(3));
+  expect(await late(200)).toBe(true);
+  await answer(1);
+  expect(margins.late).toBe(false); // they follow the control
+  expect(await late(600)).toBe(true);
+  await answer(2);
+  expect(await late(2000)).toBe(false);
+  margins.ask(question(4));
+  margins.take({ A: { axes: { x: LOOP }, note: null } });
+  expect(await late(2000)).toBe(false); // the page has them
+  vi.useRealTimers();
+});

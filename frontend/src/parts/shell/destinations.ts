@@ -164,7 +164,8 @@ function openView(kind: ViewKind): void {
 
 /** Everything that leads elsewhere, but for runs; `there` are the screens that there are. */
 export function destinations(there: readonly Screen[]): Command[] {
-  const views = Object.entries(KINDS).map(([kind, { name, title, also }]) => ({
+  const fixed = Object.entries(KINDS).filter(([kind]) => kind !== 'own');
+  const views = fixed.map(([kind, { name, title, also }]) => ({
     name: `${name}: ${title.charAt(0).toLowerCase()}${title.slice(1)}`,
     place: 'view',
     key: '',

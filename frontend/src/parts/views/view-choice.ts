@@ -4,13 +4,16 @@ import type { Range } from '../../plot/range';
 import { load, save } from '../../app/storage';
 import type { ViewName } from './views-api';
 
-export type ViewKind = 'spectrum' | 'xy' | ViewName;
+export type ViewKind = 'spectrum' | 'xy' | 'own' | ViewName;
 
 export interface ViewChoice {
   kind: ViewKind;
   /** `lab` is what the Lab shows, `staged` its what-if, `live` its session; else a run's id. */
   of: string;
-  /** Of a spectrum; of XY pairs of x and y, one after the other. Empty for those that suggest themselves. */
+  /**
+   * Of a spectrum; of XY pairs of x and y, one after the other; of a view of one's own its name.
+   * Empty for those that suggest themselves.
+   */
   channels: readonly string[];
   /** s; null for the stretch that metrics are of, or the newest samples. */
   stretch: Range | null;
@@ -59,6 +62,11 @@ export const KINDS: Readonly<Record<ViewKind, KindEntry>> = {
     name: 'Cost',
     title: 'Energy, currents and forces, B beside A',
     also: 'energy power copper loss heat effort current rms thrust efficiency',
+  },
+  own: {
+    name: 'Own',
+    title: 'A view of one’s own, of a file of the server',
+    also: 'plugin own view',
   },
 };
 

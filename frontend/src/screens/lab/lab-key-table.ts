@@ -11,6 +11,7 @@ export const LAB_KEYS: KeyTable = {
     { keys: '[ ]', does: 'Slower, faster' },
     { keys: 'w, l', does: 'Staged, in the motor' },
     { keys: 'u', does: 'Undo the last change' },
+    { keys: 'b, B', does: 'Law of one’s own: run the version before, or the one after' },
     { keys: 'a', does: 'Send what is staged to the motor' },
     { keys: '1 to 9', does: 'Bring a scope forward' },
     { keys: 'n', does: 'New scope: choose its channels' },

@@ -1,6 +1,7 @@
 /** What the keys of the Lab screen do; lab-key-table.ts says it. */
 
 import { app } from '../../app/store.svelte';
+import { moveLaw } from './gains/move-law';
 import { onDemand } from './on-demand.svelte';
 import { scene } from './scene3d/scene.svelte';
 import { view } from './scopes/view.svelte';
@@ -32,6 +33,8 @@ export function labActions(): Record<string, () => void> {
     w: () => app.setMode('whatif'),
     l: () => app.setMode('live'),
     u: () => void (app.undo.possible && app.undo.run()),
+    b: () => void moveLaw('back'),
+    B: () => void moveLaw('forward'),
     a: () => void (app.pending > 0 && app.apply()),
     '0': () => view.reset(),
     '+': () => view.zoomBy(0.5),

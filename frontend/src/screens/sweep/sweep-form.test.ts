@@ -80,10 +80,13 @@ it('swept fields come back from a request', () => {
 it('refusals go to their field', () => {
   const bounds = { minimum: 0, maximum: 1e9 };
   const { byField, others } = refusedFields([
-    { loc: `grid.1: ${GAIN}`, message: 'is out of range', value: -5, bounds, unit: 'N/m' },
+    { loc: 'grid.1.stop', message: `${GAIN}: is out of range`, value: -5, bounds, unit: 'N/m' },
+    { loc: 'grid.0', message: 'takes values, or start, stop and count, not both' },
     { loc: 'sweep', message: '20000 cases are more than 10000' },
   ]);
   expect(byField[1]?.[0]?.text).toContain('Is out of range');
+  expect(byField[1]?.[0]?.key).toBe('stop');
+  expect(byField[0]?.[0]?.text).toBe('Takes values, or start, stop and count, not both.');
   expect(byField[1]?.[0]?.text).toContain('1000000 N/mm');
   expect(others).toEqual(['20000 cases are more than 10000.']);
 });

@@ -41,6 +41,32 @@ export const KEPT = listOf({
 });
 
 export const FIELDS_MAX = 6;
+export const OBJECTIVES_MAX = 4;
+export const LIMITS_MAX = 8;
+
+/** What a case has to meet; the number as it is typed, in the unit of the screen. */
+export interface LimitEntry {
+  of: string;
+  by: 'at_least' | 'at_most';
+  value: string;
+}
+
+export const KEPT_LIMITS = listOf({ of: '', by: oneOf('at_least', 'at_most'), value: '' });
+
+/** Ways to combine the values of all fields. */
+export const COMBINATIONS = [
+  { value: 'grid', name: 'every combination' },
+  { value: 'list', name: 'first with first' },
+  { value: 'random', name: 'drawn: random' },
+  { value: 'latin-hypercube', name: 'drawn: Latin hypercube' },
+  { value: 'sobol', name: 'drawn: Sobol' },
+  { value: 'search', name: 'searched' },
+] as const;
+
+/** Whether the number of cases is chosen, and not that of the values. */
+export function isDrawn(combine: string): boolean {
+  return combine !== 'grid' && combine !== 'list';
+}
 const WORDS = new Set(['title', 'description', 'label', 'name', 'source']);
 
 /** A field swept around its value in a scenario: from half to double, or all values that it can take. */
@@ -115,7 +141,7 @@ function groupOf(path: string): string {
 }
 
 /** The request; throws Refused if an entry is no number. */
-export function gridOf(fields: readonly SweptField[]): object[] {
+export function gridOf(fields: readonly SweptField[], drawn = false): object[] {
   const problems: Record<number, Problem[]> = {};
   const grid = fields.map((swept, k) => {
     const { path, by, scale } = swept;
@@ -130,7 +156,7 @@ export function gridOf(fields: readonly SweptField[]): object[] {
     };
     if (by === 'range') {
       const [start, stop] = [number('start', factor), number('stop', factor)];
-      return { path, start, stop, count: number('count', 1), scale };
+      return { path, start, stop, ...(drawn ? {} : { count: number('count', 1) }), scale };
     }
     return { path, values: split(swept.values).map((text) => valueOf(text, factor)) };
   });
@@ -186,11 +212,13 @@ export function refusedFields(errors: readonly ProblemField[]): {
   const byField: Record<number, Problem[]> = {};
   const others: string[] = [];
   for (const error of errors) {
-    const [, index, rest = ''] = /^grid\.(\d+)[:.]?\s*(.*)$/.exec(error.loc) ?? [];
-    const text = refusal({ ...error, loc: rest });
+    const [, index, key] = /^grid\.(\d+)(?:\.(start|stop|count|values))?/.exec(error.loc) ?? [];
+    // The field of the scenario that is refused is named before what is wrong with it.
+    const [, path = '', message = error.message] =
+      /^((?:\w+\.)*\w+): (.*)$/s.exec(error.message) ?? [];
     if (index === undefined) others.push(refusal(error));
     else {
-      const [key] = /(?<=^grid\.\d+\.)(start|stop|count|values)\b/.exec(error.loc) ?? [];
+      const text = refusal({ ...error, loc: path, message });
       const value = typeof error.value === 'number' ? { value: error.value } : {};
       (byField[Number(index)] ??= []).push({ key: key as Input | undefined, text, ...value });
     }
@@ -215,7 +243,7 @@ export function isWrong(swept: SweptField, problems: readonly Problem[], key: In
   });
 }
 
-/** Number of cases; NaN while undefined. */
+/** Number of cases that are listed; NaN while undefined. */
 export function casesOf(combine: string, fields: readonly SweptField[]): number {
   const sizes = fields.map(({ by, values, count }) =>
     by === 'range' ? (parseNumber(count) ?? Number.NaN) : split(values).length,

@@ -1,6 +1,7 @@
 import { expect, it } from 'vitest';
 import type { SweepResult } from '../../app/api/types';
-import { axisOf, caseOf, csvOf, curvesOf, leastOf, mapOf, valuesOf } from './sweep-result';
+import { valuesOf } from './figures';
+import { axisOf, bestOf, caseOf, csvOf, curvesOf, mapOf } from './sweep-result';
 
 const MASS = { path: 'plant.x.mass', unit: 'kg', values: [7, 5, 6] };
 const MOTOR = { path: 'plant', unit: '', values: ['nominal', 'matched'] };
@@ -36,8 +37,8 @@ it('curves run upwards, with gaps where a case has no number', () => {
   const [curve] = curvesOf(one, 'x', 'peak', axisOf(MASS).at);
   expect(curve).toMatchObject({ name: 'B', x: [5, 6, 7], y: [null, 3, 1] });
   expect(curvesOf(one, 'y', 'peak', axisOf(MASS).at)).toEqual([]);
-  expect(leastOf(valuesOf(one, 'B', 'x', 'peak'))).toBe(0);
-  expect(leastOf([null, null])).toBe(-1);
+  expect(bestOf(valuesOf(one, 'B', 'x', 'peak'))).toBe(0);
+  expect(bestOf([null, null])).toBe(-1);
 });
 
 it('names are numbered, and told in the name of the axis', () => {

@@ -1,12 +1,11 @@
 /** What a sweep has found, as plots and tables show it: curves, a map, the best cases, a file. */
 
-import type { Axis, SweepResult, Value } from '../../app/api/types';
+import type { SweepResult, Value } from '../../app/api/types';
 import { nameOf, fieldOf } from '../../app/fields/fields.svelte';
 import type { PlotAxis, Look, Series } from '../../plot/types';
-import { valueText } from './sweep-form';
 import { csvRow } from '../../ui/export';
-
-type Numbers = readonly (number | null)[];
+import { drawn, metricOf, valuesOf, type Numbers, type Place } from './figures';
+import { valueText } from './sweep-form';
 
 const LOOKS: readonly Look[] = [
   { ink: 'a', marker: 'square' },
@@ -17,27 +16,27 @@ const LOOKS: readonly Look[] = [
 /** Values that differ by more than this are drawn on a logarithmic axis. */
 const WIDE = 20;
 
-/** The metric of one variant and axis in each case; empty where that axis does not move. */
-export function valuesOf(
-  result: SweepResult,
-  variant: string,
-  axis: Axis,
-  metric: string,
-): Numbers {
-  return result.variants[variant]?.axes[axis]?.metrics[metric] ?? [];
+/** Where a case is in the values of each swept field. */
+export function placesOf({ fields, shape }: SweepResult, number: number): number[] {
+  if (shape.length < fields.length) return fields.map(() => number);
+  let rest = number;
+  return fields.reduceRight<number[]>((places, { values }) => {
+    places.unshift(rest % values.length);
+    rest = Math.floor(rest / values.length);
+    return places;
+  }, []);
 }
 
 /** The values of the swept fields in one case. */
-export function caseOf({ fields, shape }: SweepResult, number: number): Value[] {
-  if (shape.length < fields.length) return fields.map(({ values }) => values[number] as Value);
-  let rest = number;
-  return fields
-    .map(({ values }) => values as Value[])
-    .reduceRight<Value[]>((combination, values) => {
-      combination.unshift(values[rest % values.length] as Value);
-      rest = Math.floor(rest / values.length);
-      return combination;
-    }, []);
+export function caseOf(result: SweepResult, number: number): Value[] {
+  const places = placesOf(result, number);
+  return result.fields.map(({ values }, k) => values[places[k] ?? 0] as Value);
+}
+
+/** The changes that make a case. */
+export function changesOf(result: SweepResult, number: number): Record<string, Value> {
+  const values = caseOf(result, number);
+  return Object.fromEntries(result.fields.map(({ path }, k) => [path, values[k] as Value]));
 }
 
 /** A swept field as an axis: its numbers, or the place of each name in the list. */
@@ -67,10 +66,15 @@ export function wide(values: Numbers): boolean {
 }
 
 /** One curve for each variant over the first field, in its order on the axis. */
-export function curvesOf(result: SweepResult, axis: Axis, metric: string, at: number[]): Series[] {
+export function curvesOf(
+  result: SweepResult,
+  place: Place,
+  metric: string,
+  at: number[],
+): Series[] {
   const order = at.map((_, i) => i).sort((a, b) => (at[a] ?? 0) - (at[b] ?? 0));
   return Object.keys(result.variants).flatMap((variant, k) => {
-    const values = valuesOf(result, variant, axis, metric);
+    const values = drawn(valuesOf(result, variant, place, metric), metricOf(metric));
     if (values.length === 0) return [];
     const look = LOOKS[k % LOOKS.length];
     return [
@@ -101,11 +105,24 @@ export function alike(values: Numbers): boolean {
   return values.every((value) => value === values[0]);
 }
 
-/** The case with the least value; -1 where there is none. */
-export function leastOf(values: Numbers): number {
+/** Cases that do not meet all limits. */
+export function refusedOf({ limits }: Partial<Pick<SweepResult, 'limits'>>): ReadonlySet<number> {
+  return new Set(limits?.flatMap(({ exceeded }) => exceeded));
+}
+
+/**
+ * The case with the best value, of those that are not refused: the least, or of a margin the
+ * largest; -1 where there is none.
+ */
+export function bestOf(
+  values: Numbers,
+  most = false,
+  refused: ReadonlySet<number> = new Set(),
+): number {
+  const sign = most ? -1 : 1;
   return values.reduce<number>((best, value, i) => {
-    const least = best < 0 ? Number.POSITIVE_INFINITY : (values[best] ?? 0);
-    return value !== null && value < least ? i : best;
+    const least = best < 0 ? Number.POSITIVE_INFINITY : sign * (values[best] ?? 0);
+    return value !== null && !refused.has(i) && sign * value < least ? i : best;
   }, -1);
 }
 

@@ -1,6 +1,6 @@
-/** What the Bode plots are given: the linearised loops, and the points of a sweep. */
+/** What the Bode plots are given: the linearised loops, and what was measured. */
 
-import type { LoopResponse, LoopSweep } from '../../app/api/types';
+import type { LoopResponse, MeasuredLoop } from '../../app/api/types';
 import type { Mark, Series } from '../../plot/types';
 import { digits } from '../../ui/units';
 import { inDecibels, inDegrees } from '../../parts/loop/margins';
@@ -50,29 +50,70 @@ export function phasesOf(shown: Shown): Series[] {
   return lines(shown, ({ open }) => open.phase.map((phase) => phase * DEGREES));
 }
 
-/** Points of a sweep of the simulation, and the linearised loop at the velocity of its motion. */
-export function sweepSeries(
-  swept: LoopSweep | null,
+/**
+ * A measured loop, with 95 % intervals where it is the open one, and the linearised loop at the
+ * velocity of the slides.
+ */
+export function measuredSeries(
+  measured: MeasuredLoop | null,
   view: LoopView,
   part: 'magnitude' | 'phase',
   of = '',
 ): Series[] {
-  if (!swept) return [];
+  if (!measured) return [];
   const unit = part === 'phase' ? DEGREES : 1;
   const scaled = (loop: LoopResponse) => loop[view][part].map((value) => value * unit);
-  const [x, y] = within(swept.linearised, scaled(swept.linearised));
-  const speed = `${String(Number(digits(swept.velocity * 1e3)))} mm/s`;
+  const [x, y] = within(measured.linearised, scaled(measured.linearised));
+  const speed = `${String(Number(digits(measured.velocity * 1e3)))} mm/s`;
   return [
     { name: `linear, ${speed}`, x, y, kind: 'line', ink: 'muted', dash: 'dot' },
     {
-      name: `sweep${of}, ${speed}`,
-      x: swept.frequency,
-      y: scaled(swept),
+      name: `measured${of}, ${speed}`,
+      x: measured.frequency,
+      y: scaled(measured),
+      ...(view === 'open' ? ends(measured, part) : {}),
       kind: 'points',
-      marker: 'cross',
+      marker: 'dot',
       ink: 'muted',
     },
   ];
+}
+
+/** Ends of the intervals of the open loop: those of the plant, since the controller is known. */
+function ends({ open, plant }: MeasuredLoop, part: 'magnitude' | 'phase') {
+  const end = (sign: number) =>
+    open[part].map((value, k) => {
+      const half = plant.interval[k] ?? 0;
+      return part === 'phase'
+        ? (value + sign * half) * DEGREES
+        : value * Math.max(0, 1 + sign * half);
+    });
+  return { low: end(-1), high: end(1) };
+}
+
+/** Margins of a measured loop as a sentence. */
+export function measuredText({ margins, velocity, seconds }: MeasuredLoop): string {
+  const of = (
+    name: string,
+    title: string,
+    unit: string,
+    shown: (value: number | null) => string,
+  ) => {
+    const { value = null, interval = null } = margins[name] ?? {};
+    if (value === null) return `no ${title}`;
+    const range = interval ? ` (${interval.map(shown).join(' to ')})` : '';
+    return `${title} ${shown(value)}${range} ${unit}`;
+  };
+  const margin = [
+    of('crossover', 'crossover', 'Hz', (value) => digits(value ?? NaN)),
+    of('phase_margin', 'phase margin', '°', inDegrees),
+    of('gain_margin', 'gain margin', 'dB', inDecibels),
+    ...(margins.gain_reduction?.value
+      ? [of('gain_reduction', 'and downwards', 'dB', (value) => inDecibels(1 / (value ?? NaN)))]
+      : []),
+  ];
+  const minute = `${digits(seconds)} s of sliding at ${digits(velocity * 1e3)} mm/s`;
+  return `Measured in ${minute}: ${margin.join(', ')}. In brackets 95 % intervals.`;
 }
 
 /** Frequency, of those where `values` crosses `level`, at which `distance` is least. */

@@ -62,7 +62,7 @@ export function otherWords(
   return words.join(' and ');
 }
 
-export type SweptLoop = 'present' | 'chosen';
+export type WhichLoop = 'present' | 'chosen';
 
 /** Returns of which of the two loops a job was; if of neither, what it was of, beside the likest. */
 export function loopOf(
@@ -70,7 +70,7 @@ export function loopOf(
   present: Scenario,
   chosen: Scenario | null,
   variant: string,
-): { of: SweptLoop | null; reason: string } {
+): { of: WhichLoop | null; reason: string } {
   const differs = (whole: Scenario) =>
     LOOP.filter((other) => othersOf(then, whole, variant).has(other)).length;
   const likest = chosen && differs(chosen) < differs(present) ? chosen : present;

@@ -2,7 +2,14 @@
 
 import type { RequestOf } from '../../app/api/operations';
 import { at } from '../../app/api/scenario-paths';
-import type { Axis, Changes, Value } from '../../app/api/types';
+import type { Axis, Changes, ProblemField, Value } from '../../app/api/types';
+import {
+  choicesOf,
+  entryOf,
+  fieldOf,
+  lawParameters,
+  refusalText,
+} from '../../app/fields/fields.svelte';
 import type { ScenarioSource } from '../../app/jobs/job-request';
 import { marginLimits } from '../../parts/loop/loops.svelte';
 import { nested, ScenarioForm } from '../../study/study-form.svelte';
@@ -11,11 +18,14 @@ import { clean } from '../../ui/units';
 /** A weight for each metric of the objective that counts. */
 export type Weights = Readonly<Record<string, number>>;
 
+/** Low and high of a number that is searched, SI. */
+export type Ends = [number, number];
+
 /** The motor that gains are judged on besides the scenario's own: the fit to the paper's errors. */
 export const ALSO_ON = 'matched';
 
 const OBSERVER = 'disturbance_observer.bandwidth';
-const OBSERVER_RANGE = [5, 300]; // Hz
+const OBSERVER_RANGE: Ends = [5, 300]; // Hz
 /** What a landscape is asked for too. */
 const OF_BOTH = /^(axis|objective|bounds|plants|window)(\.|$)/;
 
@@ -34,22 +44,46 @@ export class SearchForm extends ScenarioForm {
     return axis === 'x' || axis === 'y' ? [axis] : ['x', 'y'];
   });
 
-  /** Whether the controller has a disturbance observer, whose bandwidth could be searched. */
-  readonly observes = $derived.by(
-    () =>
-      at(this.scenario, `variants.${this.controller}.controller.disturbance_observer.enabled`) ===
-      true,
-  );
+  /** Numbers that the controller uses beside its gains, by path below it: they can be searched. */
+  readonly further = $derived.by((): readonly string[] => {
+    const ofLaw = lawParameters(this.scenario, this.controller)
+      .filter((path) => choicesOf(path).length === 0)
+      .map((path) => path.slice(this.whole('').length));
+    return at(this.scenario, this.whole('disturbance_observer.enabled')) === true
+      ? [...ofLaw, OBSERVER]
+      : ofLaw;
+  });
 
-  /** Whether the observer's bandwidth is searched too. */
-  readonly observer = $derived.by(() => OBSERVER in ((this.value('also') ?? {}) as object));
+  /** Those that are searched, with their ranges. */
+  readonly also = $derived.by((): Readonly<Record<string, Ends>> => {
+    const entered = (this.value('also') ?? {}) as Record<string, Ends>;
+    return Object.fromEntries(
+      Object.entries(entered).filter(([path]) => this.further.includes(path)),
+    );
+  });
 
-  gains(name: 'k_p' | 'k_d'): readonly [number, number] {
-    return this.value(`bounds.${name}`) as unknown as readonly [number, number];
+  gains(name: 'k_p' | 'k_d'): Ends {
+    return this.value(`bounds.${name}`) as Ends;
   }
 
-  searchObserver(searched: boolean): void {
-    this.change({ also: searched ? { [OBSERVER]: OBSERVER_RANGE } : {} });
+  /** The path in the scenario of a path below the controller. */
+  whole(path: string): string {
+    return `variants.${this.controller}.controller.${path}`;
+  }
+
+  /** Searches a further number in a range, by default its usual one; null: no longer. */
+  search(path: string, ends: Ends | null = this.usualEnds(path)): void {
+    const others = Object.entries(this.also).filter(([other]) => other !== path);
+    this.change({ also: Object.fromEntries(ends ? [...others, [path, ends]] : others) });
+  }
+
+  /** The search is in logarithms: its ranges begin above zero. */
+  private usualEnds(path: string): Ends {
+    if (path === OBSERVER) return OBSERVER_RANGE;
+    const { usual, bounds } = entryOf(this.whole(path)) ?? {};
+    const most = bounds?.maximum ?? bounds?.exclusive_maximum ?? 1;
+    const [low, high] = usual ?? [bounds?.minimum ?? bounds?.exclusive_minimum ?? 0, most];
+    return [low > 0 ? low : high / 1000, high];
   }
 
   judge(window: readonly [number, number] | null): void {
@@ -59,8 +93,8 @@ export class SearchForm extends ScenarioForm {
   }
 
   tuneBody(question: ScenarioSource): RequestOf<'/tune'> {
-    const also = this.observer && this.observes ? this.value('also') : {};
-    return { ...question, ...this.body(), variant: this.controller, also } as RequestOf<'/tune'>;
+    const { controller: variant, also } = this;
+    return { ...question, ...this.body(), variant, also } as RequestOf<'/tune'>;
   }
 
   landscapeBody(question: ScenarioSource): RequestOf<'/landscape'> {
@@ -76,6 +110,14 @@ export class SearchForm extends ScenarioForm {
 
   protected override usual(path: string): Value {
     return path === 'also' ? {} : super.usual(path);
+  }
+
+  /** A further number is named, and its values are in the unit of the screen. */
+  protected override refusal(problem: ProblemField): string {
+    const [, path] = /^also\.([^.]+\.[^.]+)/.exec(problem.loc) ?? [];
+    if (path === undefined) return super.refusal(problem);
+    const field = fieldOf(this.whole(path));
+    return `${field.label}: ${refusalText(problem, field)}`;
   }
 }
 

@@ -4,7 +4,7 @@ import { at, equal } from '../../app/api/scenario-paths';
 import type {
   Axis,
   Changes,
-  LoopSweep,
+  MeasuredLoop,
   ReportOf,
   Scenario,
   TuneHistory,
@@ -17,7 +17,7 @@ import { JobStore } from '../../app/jobs/job-store.svelte';
 import { load, save } from '../../app/storage';
 import { app } from '../../app/store.svelte';
 import { linesOf, pickedLine, type CandidateLine, type Picked } from './candidates';
-import { loopOf, MAP, otherWords, type SweptLoop } from './job-differences';
+import { loopOf, MAP, otherWords, type WhichLoop } from './job-differences';
 import { costAt } from './landscape';
 import { LoopStore } from './loop-store.svelte';
 import { ALSO_ON, SearchForm } from './search-form.svelte';
@@ -28,7 +28,7 @@ class Tuner {
   readonly form = new SearchForm('tune', { plants: [ALSO_ON] }, { variant: 1 });
   readonly search = this.form.jobOf('tune');
   readonly map = this.form.jobOf('landscape');
-  readonly sweep = new JobStore(app.api, 'frequency-sweep');
+  readonly measurement = new JobStore(app.api, 'response');
   readonly loops = new LoopStore(app.api);
   readonly comparison = new Comparison(app.api, fieldErrorsText);
   /** Gains that were given to the Lab. */
@@ -83,22 +83,28 @@ class Tuner {
     }),
   );
 
-  /** The last sweep, of which of the two loops it is, and else why it is not drawn. */
-  readonly swept = $derived.by((): { sweep: LoopSweep | null; of: SweptLoop; reason: string } => {
-    const { report } = this.sweep;
-    const sweep = report?.result ?? report?.partial ?? null;
-    if (!report || !sweep) return { sweep: null, of: 'present', reason: '' };
-    const none = (reason: string) => ({ sweep: null, of: 'present' as const, reason });
-    if (sweep.axis !== this.axis || sweep.variant !== this.variant) {
-      return none(`of axis ${sweep.axis} of controller ${sweep.variant}`);
-    }
-    const then = this.askedFor(report.request);
-    const now = this.now({});
-    if (!then || !now) return none('asked for elsewhere');
-    const chosen = this.loops.chosen ? this.now(this.chosen) : null;
-    const { of, reason } = loopOf(then, now, chosen, this.variant);
-    return of ? { sweep, of, reason } : none(reason);
-  });
+  /** The last measurement, of which of the two loops it is, and else why it is not drawn. */
+  readonly measured = $derived.by(
+    (): {
+      loop: MeasuredLoop | null;
+      of: WhichLoop;
+      reason: string;
+    } => {
+      const { report } = this.measurement;
+      const loop = report?.result ?? report?.partial ?? null;
+      if (!report || !loop) return { loop: null, of: 'present', reason: '' };
+      const none = (reason: string) => ({ loop: null, of: 'present' as const, reason });
+      if (loop.axis !== this.axis || loop.variant !== this.variant) {
+        return none(`of axis ${loop.axis} of controller ${loop.variant}`);
+      }
+      const then = this.askedFor(report.request);
+      const now = this.now({});
+      if (!then || !now) return none('asked for elsewhere');
+      const chosen = this.loops.chosen ? this.now(this.chosen) : null;
+      const { of, reason } = loopOf(then, now, chosen, this.variant);
+      return of ? { loop, of, reason } : none(reason);
+    },
+  );
 
   /** In what the cost map is not of what is tuned now; empty where it is. */
   readonly mapOther = $derived(this.landscape ? this.otherThan(this.map.report) : '');
@@ -122,11 +128,14 @@ class Tuner {
   /** Whether the gains that a job began with are those that are there now. */
   readonly stale = $derived.by(() => {
     const present = this.result?.groups.flatMap((group) => Object.entries(group.present.set)) ?? [];
-    return present.some(([path, value]) => at(this.scenario, path) !== value);
+    return present.some(([path, value]) => {
+      const now = at(this.scenario, path);
+      return now !== null && now !== value; // null: the law decides
+    });
   });
 
   open(): Promise<void> {
-    return this.form.open(this.search, this.map, this.sweep);
+    return this.form.open(this.search, this.map, this.measurement);
   }
 
   look(axis: Axis): void {
@@ -159,11 +168,11 @@ class Tuner {
     );
   }
 
-  /** Sweeps the loop with the chosen gains. */
-  startSweep(): Promise<void> {
+  /** Measures the loop with the chosen gains. */
+  startMeasurement(): Promise<void> {
     const { variant, axis, chosen } = this;
     return this.form.start(({ scenario, set }) =>
-      this.sweep.start('/loop/sweep', { scenario, set: { ...set, ...chosen }, variant, axis }),
+      this.measurement.start('/response', { scenario, set: { ...set, ...chosen }, variant, axis }),
     );
   }
 

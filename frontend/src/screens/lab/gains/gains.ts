@@ -1,8 +1,8 @@
 /** Paths of gains, notches and switches. */
 
-import { at, numberAt } from '../../../app/api/scenario-paths';
+import { numberAt } from '../../../app/api/scenario-paths';
 import { AXES, type Axis, type Changes, type Scenario, type Value } from '../../../app/api/types';
-import { entryOf, served } from '../../../app/fields/fields.svelte';
+import { entryOf } from '../../../app/fields/fields.svelte';
 import type { SliderScale } from '../../../ui/log-slider';
 
 export type Gain = 'k_p' | 'k_d';
@@ -42,17 +42,4 @@ export function switchNotch(scenario: Scenario | null, variant: string, on: bool
       return [path, (on ? entry?.example : entry?.default) as Value];
     }),
   );
-}
-
-/** Paths of the parameters that a variant's law, or its sharing function, uses. */
-export function lawParameters(
-  scenario: Scenario | null,
-  variant: string,
-  part: 'compensation' | 'sharing' = 'compensation',
-): string[] {
-  const law = String(at(scenario, `variants.${variant}.controller.${part}.law`) ?? '');
-  return Object.keys(served.scenario.fields)
-    .filter((path) => path.startsWith(`variants.*.controller.${part}.`))
-    .map((path) => path.replace('*', variant))
-    .filter((path) => entryOf(path)?.used_with?.includes(law));
 }

@@ -1,0 +1,1 @@
+"""What another law would have done in a recorded stretch."""

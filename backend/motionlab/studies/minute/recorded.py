@@ -1,0 +1,297 @@
+"""A recorded stretch, checked: what each axis did, and whether that can tell what it would do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab.analysis.columns import Columns
+from motionlab.config.changes import apply_changes
+from motionlab.config.load import epochs, load_scenario
+from motionlab.config.planar import AXES
+from motionlab.config.scenario import LoadConfig, Scenario
+from motionlab.errors import Busy, ConfigError, FieldError, Unknown
+from motionlab.library.columns import of_run
+from motionlab.library.library import library
+from motionlab.library.run import Event, RunDetail
+from motionlab.studies.minute.documents import SECONDS_MAX, SECONDS_MIN, MinuteRequest
+from motionlab.timing import CONTROL_PERIOD, to_ticks
+from motionlab.trajectories.reference import Reference
+
+Array = NDArray[np.float64]
+
+EDGE = to_ticks(0.3)
+"""Ticks at either end that no metric is of: there filters and the simulation settle."""
+REVERSALS_MIN = 2
+_STILL = 2e-4  # m/s: slower references do not move
+_REFERENCES = ("position_reference", "velocity_reference", "acceleration_reference")
+_CHANNELS = ("following_error", "force_realised", "force_saturated", "current_saturated")
+
+
+@dataclass(frozen=True)
+class RecordedAxis:
+    """One axis over a stretch, tick by tick.
+
+    Attributes
+    ----------
+    reference : ndarray, shape (3, ticks)
+        Position, velocity and acceleration, m, m/s, m/s^2.
+    error : ndarray, shape (ticks,)
+        Following error as measured, m.
+    force : ndarray, shape (ticks,)
+        In effect by the controller's map, N.
+    reversals : int
+        Of the reference.
+    """
+
+    reference: Array
+    error: Array
+    force: Array
+    reversals: int
+
+    @property
+    def position(self) -> Array:
+        """As measured, m."""
+        return self.reference[0] - self.error
+
+
+@dataclass(frozen=True)
+class MinutePlan:
+    """A recorded stretch that can be predicted from, checked.
+
+    Attributes
+    ----------
+    request : MinuteRequest
+        As validated.
+    run : RunDetail
+        That recorded it.
+    first : int
+        Its first sample in the run.
+    then, now : Scenario
+        In effect when it was recorded; the same with the changes of the request.
+    variant, other : str
+        Whose record is read, and whose controller is tried.
+    axes : dict of str to RecordedAxis
+        Both.
+    reversing_axes : tuple of str
+        Axes that move and reverse.
+    warnings : tuple of str
+        What a reader must know.
+    """
+
+    request: MinuteRequest
+    run: RunDetail
+    first: int
+    then: Scenario
+    now: Scenario
+    variant: str
+    other: str
+    axes: dict[str, RecordedAxis]
+    reversing_axes: tuple[str, ...]
+    warnings: tuple[str, ...]
+
+    @property
+    def ticks(self) -> int:
+        """Of the stretch."""
+        return len(self.axes["x"].error)
+
+    @property
+    def seconds(self) -> float:
+        """Simulated time of all members, s."""
+        return self.ticks * CONTROL_PERIOD * (self.request.members + 2)
+
+    @property
+    def reference(self) -> Reference:
+        """The motion, as it was recorded."""
+        position, velocity, acceleration = (
+            np.stack([each.reference[row] for each in self.axes.values()], axis=1)
+            for row in range(len(_REFERENCES))
+        )
+        return Reference(
+            position=position,
+            velocity=velocity,
+            acceleration=acceleration,
+            end=(float(position[-1, 0]), float(position[-1, 1])),
+            moving=self.reversing_axes,
+            window=(EDGE, self.ticks - EDGE),
+            holds=(),
+            edges=(),
+            period=0,
+            for_ever=False,
+        )
+
+
+def plan(request: MinuteRequest, source: object = None) -> MinutePlan:
+    """Return the checked stretch of a request.
+
+    Raises
+    ------
+    ConfigError
+        Naming what is wrong, or why the record cannot tell: no such run or variant, a measurement
+        without controllers, a part without samples, of drives that stopped, at a limit, too short
+        or without reversals.
+    """
+    run = _run(request)
+    document = run.scenario_document
+    if document is None:
+        message = "is a measurement without controllers: only a run of the lab's own has them"
+        raise ConfigError(FieldError("run", message, request.run))
+    first, stop = _part(request, run)
+    then = _in_effect(load_scenario(_at(document, run.events, run.first_tick + first)), run, first)
+    now = load_scenario(_tables(then), request.set)
+    variant = _variant(request.variant, run.variants, "variant", run.variants[0])
+    letters = list(now.variants)
+    other = _variant(request.other, letters, "other", letters[min(1, len(letters) - 1)])
+    if now.variants[other].controller.learnt:
+        message = "adds a learnt force, which belongs to laps: the stretch has none"
+        raise ConfigError(FieldError(f"variants.{other}.controller.learnt", message, value=True))
+    if variant == other and now.variants[other] == then.variants[variant]:
+        message = "is the controller that was recorded; change it by `set`, or name another"
+        raise ConfigError(FieldError("other", message, other))
+    axes, warnings = _read(run, variant, first, stop)
+    reversing_axes = tuple(axis for axis, each in axes.items() if each.reversals >= REVERSALS_MIN)
+    if not reversing_axes:
+        message = "reverses too seldom: friction cannot be distinguished from a constant force"
+        raise ConfigError(
+            FieldError(
+                "run",
+                message,
+                max(each.reversals for each in axes.values()),
+                f">= {REVERSALS_MIN} reversals on an axis",
+            )
+        )
+    warnings += [
+        f"{axis} moves, but reverses less than {REVERSALS_MIN} times: it is not predicted"
+        for axis, each in axes.items()
+        if axis not in reversing_axes and np.abs(each.reference[1]).max() > _STILL
+    ]
+    return MinutePlan(
+        request, run, first, then, now, variant, other, axes, reversing_axes, tuple(warnings)
+    )
+
+
+def _run(request: MinuteRequest) -> RunDetail:
+    try:
+        run = library().complete(request.run)
+    except (Unknown, Busy) as error:
+        raise ConfigError(FieldError("run", str(error), request.run, "a kept run")) from error
+    if not np.isclose(run.period, CONTROL_PERIOD):
+        message = "is not sampled once a control period"
+        raise ConfigError(FieldError("run", message, run.period, f"{CONTROL_PERIOD:g}", "s"))
+    return run
+
+
+def _part(request: MinuteRequest, run: RunDetail) -> tuple[int, int]:
+    """Return the samples that are read, [first, stop)."""
+    first = to_ticks(request.start)
+    if first >= run.ticks:
+        raise ConfigError(
+            FieldError(
+                "start",
+                "lies after the end of the run",
+                request.start,
+                unit="s",
+                bounds={"exclusive_maximum": run.ticks * CONTROL_PERIOD},
+            )
+        )
+    stop = run.ticks if request.end is None else min(run.ticks, to_ticks(request.end))
+    seconds = (stop - first) * CONTROL_PERIOD
+    if not SECONDS_MIN <= seconds <= SECONDS_MAX:
+        short = seconds < SECONDS_MIN
+        message = "leaves too short a stretch" if short else "leaves too long a stretch"
+        whole = request.end is None and request.start == 0.0
+        loc = "run" if whole and short else "end" if request.end is not None else "start"
+        bounds = f"{SECONDS_MIN:g} to {SECONDS_MAX:g}"
+        raise ConfigError(FieldError(loc, message, float(f"{seconds:.4g}"), bounds, "s"))
+    return first, stop
+
+
+def _at(document: dict[str, Any], events: list[Event], tick: int) -> dict[str, Any]:
+    """Return a session's scenario with the changes that were in effect at a tick."""
+    tables: dict[str, Any] = dict(document)
+    for event in events:
+        if event.kind == "change" and event.tick <= tick:
+            tables = apply_changes(tables, event.set)
+    return tables
+
+
+def _in_effect(scenario: Scenario, run: RunDetail, first: int) -> Scenario:
+    """Return what a schedule has in effect at the first sample."""
+    tick = run.first_tick + first
+    return [changed for begins, changed in epochs(scenario) if begins <= tick][-1]
+
+
+def _tables(scenario: Scenario) -> dict[str, Any]:
+    """Return a scenario that neither changes by itself, nor is loaded."""
+    alone = scenario.model_copy(
+        update={"schedule": (), "learnt": None, "window": None, "load": LoadConfig()}
+    )
+    return alone.model_dump(mode="json")
+
+
+def _variant(letter: str | None, letters: list[str], loc: str, default: str) -> str:
+    if letter is None:
+        return default
+    if letter not in letters:
+        raise ConfigError(
+            FieldError(loc, "is no variant of the run", letter, "one of " + ", ".join(letters))
+        )
+    return letter
+
+
+def _read(
+    run: RunDetail, variant: str, first: int, stop: int
+) -> tuple[dict[str, RecordedAxis], list[str]]:
+    """Return both axes, and warnings; refuse what spoils a stretch."""
+    begin, end = run.first_tick + first, run.first_tick + stop
+    for event in run.events:
+        if event.kind == "stop" and begin <= event.tick < end:
+            raise _spoiled("was stopped", event.tick - run.first_tick)
+    columns = of_run(run.id)
+    axes = {axis: _axis(columns, variant, axis, first, stop) for axis in AXES}
+    warnings = []
+    if any(event.kind in {"change", "law"} and begin < event.tick < end for event in run.events):
+        warnings.append(
+            "controllers were changed within the stretch: the recorded one is simulated as it was "
+            "at the beginning"
+        )
+    return axes, warnings
+
+
+def _axis(columns: Columns, variant: str, axis: str, first: int, stop: int) -> RecordedAxis:
+    names = [f"{axis}.{name}" for name in _REFERENCES]
+    names += [f"{variant}.{axis}.{name}" for name in _CHANNELS]
+    for name in names:
+        if name not in columns.units:
+            raise ConfigError(FieldError("run", f"has no column {name}", columns.name))
+    samples = columns.read(names)[:, first:stop].astype(np.float64)
+    missing: NDArray[np.bool_] = np.any(~np.isfinite(samples), axis=0, keepdims=False)
+    if missing.any():
+        raise _spoiled(f"has no samples of {axis}: a gap, or it diverged", first + _first(missing))
+    limited: NDArray[np.bool_] = np.logical_or(*(samples[-2:] > 0.0))
+    if limited.any():
+        raise _spoiled(
+            f"has force or currents of {axis} at their limit, where the force says nothing of the "
+            f"motor, in {100 * limited.mean():.3g} % of the stretch",
+            first + _first(limited),
+        )
+    reference = samples[: len(_REFERENCES)]
+    error, force = samples[len(_REFERENCES) : len(_REFERENCES) + 2]
+    way = np.sign(reference[1][np.abs(reference[1]) > _STILL])
+    return RecordedAxis(reference, error, force, int(np.count_nonzero(np.diff(way))))
+
+
+def _first(flags: NDArray[np.bool_]) -> int:
+    return int(np.argmax(flags))
+
+
+def _spoiled(message: str, sample: int) -> ConfigError:
+    at = float(f"{sample * CONTROL_PERIOD:.4g}")
+    return ConfigError(
+        FieldError(
+            "run", f"{message}; first at this time: take a part by start and end", at, unit="s"
+        )
+    )

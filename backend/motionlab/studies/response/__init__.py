@@ -1,0 +1,1 @@
+"""Measured frequency responses of the plant, with intervals."""

@@ -1,0 +1,104 @@
+"""Request and result of a measured frequency response."""
+
+from __future__ import annotations
+
+from typing import Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from motionlab.config.plant import OURS
+from motionlab.config.quantity import quantity, si
+from motionlab.loop.margins import NYQUIST
+from motionlab.studies.loop.frequency_sweep import FrequencySweepDocument, LoopCurve
+from motionlab.studies.tune.documents import AxisRequest
+
+
+class ResponseRequest(AxisRequest):
+    """Request of a measured frequency response."""
+
+    seconds: float = quantity(
+        "Time of all slides",
+        label="time",
+        unit="s",
+        source=f"{OURS}: 14 slides on x of the shipped motors",
+        default=60.0,
+        ge=1,
+        le=3600,
+    )
+    velocity: float = quantity(
+        "Velocity of the slides; rounded to whole pole pitches in a period",
+        unit="m/s",
+        source=f"{OURS}: at rest the bristles answer, not the machine",
+        default=0.04,
+        gt=0,
+        le=0.2,
+    )
+    force: float = quantity(
+        "Force of the multisine, RMS",
+        unit="N",
+        source=f"{OURS}: less than friction, which the slide overcomes",
+        default=2.0,
+        gt=0,
+        le=100,
+    )
+    low: float = quantity(
+        "Lowest frequency; its period is that of the multisine",
+        unit="Hz",
+        source=OURS,
+        default=1.0,
+        ge=0.2,
+        le=50,
+    )
+    high: float = quantity(
+        "Highest frequency", unit="Hz", source=OURS, default=700.0, ge=10, le=0.95 * NYQUIST
+    )
+    lines: int = Field(
+        default=60, ge=8, le=1000, description="Frequencies, evenly over their logarithm"
+    )
+    seed: int = Field(default=0, ge=0, description="Of the phases")
+
+    @model_validator(mode="after")
+    def _rises(self) -> Self:
+        if self.high < 2.0 * self.low:
+            raise ValueError(f"high must be at least twice low; got {self.high:g} and {self.low:g}")
+        return self
+
+
+class MeasuredPlant(LoopCurve):
+    """The plant, m/N, and how sure it is; shares are of its magnitude."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    interval: list[float] = si(
+        "Half of the 95 % interval of the magnitude, as a share; of the phase, in rad", "1"
+    )
+    noise: list[float] = si("Standard deviation by noise, which periods show", "1")
+    distortion: list[float] = si(
+        "Standard deviation by what is not linear, which only slides of other phases show", "1"
+    )
+    coherence: list[float] = si("Share of a slide's power that the response explains", "1")
+
+
+class MarginInterval(BaseModel):
+    """A margin of the measured loop."""
+
+    value: float | None = Field(description="As measured; null where there is none")
+    interval: tuple[float, float] | None = Field(
+        description="95 % interval; null before the last slide, and where some loop within its "
+        "errors has none"
+    )
+    model: float | None = Field(description="Of the linearised loop at the same frequencies")
+
+
+class MeasuredResponse(FrequencySweepDocument):
+    """The loop of one axis with the plant as it was measured, or as far as it has been."""
+
+    plant: MeasuredPlant = Field(description="Force command to position")
+    linearised_plant: LoopCurve = Field(description="The same of the scenario, linearised")
+    margins: dict[str, MarginInterval] = Field(
+        description="crossover, Hz, phase_margin, rad, gain_margin and gain_reduction: factors by "
+        "which the gain may grow, and to which it may fall, before the loop is unstable"
+    )
+    slides: int = Field(description="Slides to and fro, each with phases of its own")
+    periods: int = Field(description="Periods that were measured in each")
+    seconds: float = si("Time of all slides", "s")

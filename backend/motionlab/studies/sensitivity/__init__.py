@@ -1,0 +1,1 @@
+"""How every metric of a scenario changes with each of its numbers."""

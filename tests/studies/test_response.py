@@ -1,0 +1,151 @@
+"""A frequency response that is measured: its lines, its estimate, and what it finds on motors."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from motionlab.cli.main import main
+from motionlab.config.load import load_scenario
+from motionlab.errors import ConfigError
+from motionlab.studies.response.documents import MeasuredResponse, ResponseRequest
+from motionlab.studies.response.estimate import Slides, estimate
+from motionlab.studies.response.margins import intervals, measured_margins
+from motionlab.studies.response.measure import measure, plan
+from motionlab.studies.response.multisine import Lines
+
+SHORT = {"seconds": 30.0, "lines": 40}
+
+
+def found(**request: Any) -> MeasuredResponse:
+    return measure(plan(ResponseRequest.model_validate(SHORT | request)))
+
+
+@pytest.fixture(scope="module")
+def x_of_circle() -> MeasuredResponse:
+    return found(scenario="circle", axis="x", seconds=60.0)
+
+
+def complex_of(curve: Any) -> np.ndarray[Any, Any]:
+    return np.array(curve.magnitude) * np.exp(1j * np.array(curve.phase))
+
+
+def test_amplitudes_of_a_motion_are_those_that_made_it() -> None:
+    lines = Lines.between(2.0, 400.0, 12, 1000)
+    sizes = np.exp(1j * np.arange(len(lines.cycles)))
+    value, rate, _ = lines.motion(sizes)
+    np.testing.assert_allclose(lines.amplitudes(np.tile(value, 3)), np.tile(sizes, (3, 1)))
+    w = 2.0 * np.pi * lines.frequency
+    np.testing.assert_allclose(lines.amplitudes(rate)[0], 1j * w * sizes, rtol=1e-9)
+
+
+def test_an_interval_holds_the_response_as_often_as_it_says() -> None:
+    """Of a plant in a loop, with noise at its output that feedback brings to the command."""
+    rng = np.random.default_rng(1)
+    count, periods, lines = 12, 3, 4000
+    P, C = 0.5 - 1.0j, 2.0 + 1.0j
+    R = np.exp(2j * np.pi * rng.random((count, lines)))
+
+    def noise(*shape: int) -> np.ndarray[Any, Any]:
+        return 0.2 * (rng.standard_normal(shape) + 1j * rng.standard_normal(shape))
+
+    ripple = np.where(np.arange(count) % 2 == 0, 3.0, 1.0j)[:, None, None]
+    disturbance = noise(count, periods, lines) + noise(count, 1, lines) + ripple
+    U = C * (R[:, None] - disturbance) / (1.0 + C * P)
+    Y = P * U + disturbance
+    made = estimate(Slides(R, U, Y, np.arange(count) % 2 == 0))
+    error = np.abs(np.abs(made.response) - np.abs(P))
+    assert np.mean(error < made.half_width) == pytest.approx(0.95, abs=0.01)
+    turned = np.abs(np.angle(made.response / P))
+    assert np.mean(turned < made.half_width / np.abs(P)) == pytest.approx(0.95, abs=0.01)
+    # Of both noises, of equal size, only one differs from period to period.
+    assert np.median(made.noise / made.deviation) == pytest.approx(0.5, abs=0.05)
+
+
+def test_the_plant_of_a_motor_is_its_linearisation(x_of_circle: MeasuredResponse) -> None:
+    ratio = complex_of(x_of_circle.plant) / complex_of(x_of_circle.linearised_plant)
+    sure = np.array(x_of_circle.plant.coherence) > 0.9
+    assert sure.mean() > 0.9
+    assert np.abs(20.0 * np.log10(np.abs(ratio[sure]))).max() < 0.5
+    assert np.degrees(np.abs(np.angle(ratio[sure]))).max() < 3.0
+
+
+def test_margins_are_those_of_the_linearised_loop_within_intervals(
+    x_of_circle: MeasuredResponse,
+) -> None:
+    for name, each in x_of_circle.margins.items():
+        assert each.value is not None and each.interval is not None and each.model is not None
+        low, high = each.interval
+        assert low <= each.value <= high, name
+        assert each.value == pytest.approx(each.model, rel=0.03), name
+
+
+def test_a_mode_of_the_machine_is_seen() -> None:
+    result = found(scenario="circle-resonant", axis="y", lines=120)
+    f, plant = np.array(result.frequency), complex_of(result.plant)
+    peak = f[np.argmax(np.where(f > 50.0, f**2 * np.abs(plant), 0.0))]
+    mode = load_scenario("circle-resonant").plant.y.resonance.frequency
+    assert peak == pytest.approx(mode, rel=0.05)
+
+
+def test_the_same_seed_measures_the_same() -> None:
+    request = {"scenario": "circle", "axis": "y", "seconds": 30.0, "lines": 8}
+    assert found(**request) == found(**request)
+    assert found(**request) != found(**request, seed=1)
+
+
+def test_margins_of_a_loop_that_is_known() -> None:
+    """Of ``k/(s (s + a)^2)``: gain margin ``2 a^3/k`` at a, in closed form."""
+    f = np.geomspace(1.0, 300.0, 60)
+    a, k = 2.0 * np.pi * 40.0, 2.0 * np.pi * 10.0 * (2.0 * np.pi * 40.0) ** 2
+    s = 2j * np.pi * f
+    L = k / (s * (s + a) ** 2)
+    margins = measured_margins(f, L)
+    assert margins["gain_margin"] == pytest.approx(2.0 * a**3 / k, rel=2e-3)
+    crossover = margins["crossover"]
+    assert crossover is not None
+    w = 2.0 * np.pi * crossover
+    assert abs(k / (1j * w * (1j * w + a) ** 2)) == pytest.approx(1.0, rel=2e-3)
+    assert margins["phase_margin"] == pytest.approx(np.pi / 2.0 - 2.0 * np.arctan(w / a), abs=2e-3)
+    spread = intervals(f, L, np.abs(L) * 0.01, seed=0)["gain_margin"]
+    assert spread is not None and spread[0] < 2.0 * a**3 / k < spread[1]
+
+
+@pytest.mark.parametrize(
+    ("request_", "complaint"),
+    [
+        ({"velocity": 0.2, "low": 0.5}, "velocity: leaves the stroke within 2 periods of 2 s"),
+        ({"seconds": 5.0}, "seconds: is too short: 5 slides of"),
+        ({"force": 60.0}, "force: is too much"),
+        ({"low": 50.0, "high": 60.0}, "high must be at least twice low"),
+        ({"variant": "Z"}, "variant: is no variant of the scenario"),
+        ({"high": 999.0}, "high"),
+    ],
+)
+def test_what_cannot_be_measured_is_refused(request_: dict[str, Any], complaint: str) -> None:
+    study = {"scenario": "circle", "axis": "x"} | request_
+    with pytest.raises((ConfigError, ValidationError), match=complaint):
+        measure(plan(ResponseRequest.model_validate(SHORT | study)))
+
+
+def test_the_command_prints_margins_and_writes_curves(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "plant.csv"
+    words = ["response", "circle", "--seconds", "30", "--lines", "30", "--out", str(out)]
+    assert main(words) == 0
+    text = capsys.readouterr().out
+    assert "phase margin, deg" in text and "linearised" in text
+    rows = list(csv.reader(out.read_text(encoding="utf-8").splitlines()))
+    assert rows[0][:3] == ["frequency [Hz]", "plant.magnitude [m/N]", "plant.phase [rad]"]
+    assert len(rows) > 20 and all(map(float, rows[1]))
+    assert main([*words[:-2], "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["slides"] >= 5
+    with pytest.raises(ConfigError):
+        plan(ResponseRequest(scenario="circle", set={"plant.x.mass": -1.0}))
