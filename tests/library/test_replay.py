@@ -99,7 +99,8 @@ def altered(table: pa.Table, tick: int, column: str, value: float) -> pa.Table:
 def test_a_simulation_is_identical(changes: dict[str, Any]) -> None:
     kept = keep(changes)
     found = replayed(kept)
-    assert found == Replay(
+    assert all(each.max_change in {0.0, None} for each in found.errors)
+    assert found.model_copy(update={"errors": []}) == Replay(
         identical=True,
         channels=108,
         ticks=kept.ticks,
@@ -107,6 +108,7 @@ def test_a_simulation_is_identical(changes: dict[str, Any]) -> None:
         first=None,
         samples=0,
         differing=[],
+        errors=[],
         reasons=[],
     )
 

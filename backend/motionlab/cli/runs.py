@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import re
+from collections.abc import Sequence
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,7 @@ from motionlab.studies.options import add_json
 
 if TYPE_CHECKING:
     from motionlab.library.run import Page, Run
+    from motionlab.library.search import Search
 
 EXAMPLES = """\
 examples:
@@ -52,14 +54,12 @@ def add(commands: Any) -> None:
 def _list(options: argparse.Namespace) -> int:
     from motionlab.errors import ConfigError, FieldError
     from motionlab.library.library import library
-    from motionlab.library.search import LIMIT_MAX, parse, quoted
+    from motionlab.library.search import LIMIT_MAX
 
     if not 1 <= options.limit <= LIMIT_MAX:
         allowed = f">= 1 and <= {LIMIT_MAX}"
         raise ConfigError(FieldError("--limit", "is out of range", options.limit, allowed))
-    for term in options.search:
-        _check_key(term)
-    search = parse(" ".join(quoted(term) for term in options.search))
+    search = search_of(options.search)
     library().recover()  # what a killed server left
     while library().add_margins():
         pass
@@ -69,6 +69,21 @@ def _list(options: argparse.Namespace) -> int:
     else:
         show(_table(page, " ".join(options.search)))
     return DONE
+
+
+def search_of(terms: Sequence[str]) -> Search:
+    """Return what terms on the command line ask for.
+
+    Raises
+    ------
+    ConfigError
+        Naming the term that is none.
+    """
+    from motionlab.library.search import parse, quoted
+
+    for term in terms:
+        _check_key(term)
+    return parse(" ".join(quoted(term) for term in terms))
 
 
 def _check_key(term: str) -> None:

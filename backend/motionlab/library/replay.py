@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import itertools
+import sys
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import deepcopy
@@ -24,6 +25,7 @@ from motionlab.kernel.force_maps import check_maps, maps_of
 from motionlab.lanes import model_hash
 from motionlab.laws import LAWS
 from motionlab.library.new_run import own_laws_of
+from motionlab.library.replayed_errors import ErrorChange, ErrorChanges
 from motionlab.library.run import Event, RunDetail
 from motionlab.simulation.change import changed
 from motionlab.simulation.prepare import Prepared, prepare
@@ -62,6 +64,10 @@ class Replay(BaseModel):
     first: FirstDifference | None = Field(description="Where the first difference is")
     samples: int = Field(description="Samples that differ")
     differing: list[str] = Field(description="Channels of which some do")
+    errors: list[ErrorChange] = Field(
+        description="Following errors, recorded and simulated, over the window of the run's "
+        "metrics, else over all of it; empty where none of it is recorded"
+    )
     reasons: list[str] = Field(description="What may be why; empty where nothing differs")
 
 
@@ -168,6 +174,7 @@ def replay(
     rows = [row for row, name in enumerate(names) if name in there]
     names = [names[row] for row in rows]
     player = _Player(run, again.prepared, states)
+    errors = ErrorChanges(names, _window(run))
     totals = np.zeros(len(names), dtype=np.int64)
     first: FirstDifference | None = None
     compared = 0
@@ -181,6 +188,7 @@ def replay(
             values = (recorded[row, tick], simulated[row, tick])
             first = _difference(start + tick, run.period, names[row], units[names[row]], *values)
         totals += np.count_nonzero(differs, axis=1)
+        errors.add(start, recorded, simulated)
         compared += recorded.shape[1]
         progress(compared / max(1, run.ticks))
     expected = player.simulation.tick
@@ -198,8 +206,17 @@ def replay(
         first=first,
         samples=int(totals.sum()),
         differing=[name for name, total in zip(names, totals, strict=True) if total],
+        errors=errors.changes(),
         reasons=[] if identical else _reasons(run, again.prepared.scenario, whole=whole),
     )
+
+
+def _window(run: RunDetail) -> tuple[int, int]:
+    """Return first tick of the metrics and the one after the last, of all where there are none."""
+    window = run.result.get("window")
+    if window is None:
+        return 0, sys.maxsize
+    return round(window["start"] / run.period), round(window["end"] / run.period)
 
 
 class _Player:

@@ -5746,6 +5746,46 @@ export interface components {
             unit: string;
         };
         /**
+         * ErrorChange
+         * @description Following error of an axis as recorded and as simulated again; null where it diverged.
+         */
+        ErrorChange: {
+            /** Variant */
+            variant: string;
+            /** Axis */
+            axis: string;
+            /**
+             * Max Recorded
+             * @description Largest following error, m
+             */
+            max_recorded: number | null;
+            /**
+             * Max Simulated
+             * @description m
+             */
+            max_simulated: number | null;
+            /**
+             * Max Change
+             * @description Simulated minus recorded, m
+             */
+            max_change: number | null;
+            /**
+             * Rms Recorded
+             * @description RMS following error, m
+             */
+            rms_recorded: number | null;
+            /**
+             * Rms Simulated
+             * @description m
+             */
+            rms_simulated: number | null;
+            /**
+             * Rms Change
+             * @description Simulated minus recorded, m
+             */
+            rms_change: number | null;
+        };
+        /**
          * Event
          * @description What happened at a tick of a live session, or of its recording.
          *
@@ -12640,6 +12680,11 @@ export interface components {
              * @description Channels of which some do
              */
             differing: string[];
+            /**
+             * Errors
+             * @description Following errors, recorded and simulated, over the window of the run's metrics, else over all of it; empty where none of it is recorded
+             */
+            errors: components["schemas"]["ErrorChange"][];
             /**
              * Reasons
              * @description What may be why; empty where nothing differs

@@ -5,6 +5,7 @@ import {
   differing,
   eventText,
   markText,
+  movedText,
   searchProblem,
   sizeText,
   evictedText,
@@ -60,6 +61,17 @@ it('differences have name, unit and numbers of the screen', () => {
     name: 'A',
     text: 'left out',
   });
+});
+
+it('a replay says how far the largest errors have moved', () => {
+  const error = { variant: 'B', axis: 'x', rms_recorded: 0, rms_simulated: 0, rms_change: 0 };
+  const still = { ...error, axis: 'y', max_recorded: 1e-6, max_simulated: 1e-6, max_change: 0 };
+  const moved = { ...error, max_recorded: 20.5e-6, max_simulated: 21.75e-6, max_change: 1.25e-6 };
+  const gone = { ...error, max_recorded: 20.5e-6, max_simulated: null, max_change: null };
+  expect(movedText({ errors: [moved, still] })).toEqual([
+    'Largest error B x: +1.25 µm, 20.50 µm → 21.75 µm',
+  ]);
+  expect(movedText({ errors: [gone] })).toEqual(['Largest error B x: 20.50 µm → diverged']);
 });
 
 it('says what a run is where no field differs', () => {

@@ -13,7 +13,15 @@ import type {
 import { errorText } from '../../app/error-text';
 import { lawText } from '../../app/session/law-text';
 import { fieldOf, nameOf, show } from '../../app/fields/fields.svelte';
-import { digits, durationText, minus, pretty, prettyUnit, speedText } from '../../ui/units';
+import {
+  digits,
+  durationText,
+  minus,
+  pretty,
+  prettyUnit,
+  scaleOf,
+  speedText,
+} from '../../ui/units';
 
 const STOP = 'STOP';
 /** Kinds of which there is no more to say than who did it. */
@@ -247,6 +255,21 @@ export function differenceText({ recorded, simulated, difference, unit }: First)
     simulated: valueText(simulated, of),
     by: difference === null ? '' : `: ${digits(difference)} ${of}`.trimEnd(),
   };
+}
+
+/** How the following errors of a run have moved, those that have; a variant without any diverged. */
+export function movedText({ errors }: Pick<Replay, 'errors'>): string[] {
+  return errors
+    .filter((error) => error.max_recorded !== error.max_simulated)
+    .map(({ variant, axis, max_recorded: was, max_simulated: is, max_change: by }) => {
+      const of = scaleOf([was ?? 0, is ?? 0], 'm');
+      const text = (value: number | null) =>
+        value === null ? 'diverged' : `${digits(value * of.factor, 4)} ${of.unit}`;
+      const scale = scaleOf([by ?? 0], 'm');
+      const change =
+        by === null ? '' : `${by > 0 ? '+' : ''}${digits(by * scale.factor)} ${scale.unit}, `;
+      return `Largest error ${variant} ${axis}: ${change}${text(was)} → ${text(is)}`;
+    });
 }
 
 function valueText(value: number | string | null, unit: string): string {
