@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from pydantic import Field, create_model, field_validator
+from pydantic import Field, create_model, field_validator, model_validator
 from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, core_schema
 
@@ -60,6 +60,63 @@ class NotchConfig(Config):
     )
 
 
+def _frequency(of: str, *, label: str, example: float) -> Any:
+    return quantity(
+        f"Natural frequency of the {of}",
+        label=label,
+        unit="Hz",
+        source=OURS,
+        default=0.0,
+        example=example,
+        ge=0,
+        le=900,
+    )
+
+
+def _damping(of: str, *, label: str, default: float) -> Any:
+    return quantity(
+        f"Damping ratio of the {of}",
+        label=label,
+        unit="1",
+        source=OURS,
+        default=default,
+        ge=0,
+        le=5,
+    )
+
+
+class FilterConfig(Config):
+    """A filter of second order on PD and disturbance observer; gain 1 at rest; not in the paper.
+
+    ``(s^2/omega_z^2 + 2 zeta_z s/omega_z + 1)/(s^2/omega_p^2 + 2 zeta_p s/omega_p + 1)``: a notch,
+    a lead where the zeros lie below the poles, a low-pass without zeros.
+    """
+
+    zeros_frequency: float = _frequency("zeros; 0: no zeros", label="zeros, frequency", example=200)
+    zeros_damping: float = _damping("zeros", label="zeros, damping", default=0.7)
+    poles_frequency: float = _frequency(
+        "poles; 0: no filter", label="poles, frequency", example=400
+    )
+    poles_damping: float = _damping("poles", label="poles, damping", default=0.7)
+
+    @model_validator(mode="after")
+    def _is_proper_and_stable(self) -> Self:
+        if self.zeros_frequency > 0.0 and self.poles_frequency == 0.0:
+            raise ValueError(
+                "zeros_frequency needs poles_frequency above 0 Hz: zeros alone differentiate; "
+                f"got {self.zeros_frequency:g} Hz and 0 Hz"
+            )
+        if self.poles_frequency > 0.0 and self.poles_damping < _LEAST_DAMPING:
+            raise ValueError(
+                f"poles_damping must be at least {_LEAST_DAMPING:g} where there are poles; "
+                f"got {self.poles_damping:g}"
+            )
+        return self
+
+
+_LEAST_DAMPING = 0.01
+
+
 class GainsConfig(Config):
     """PD gains of one axis; the paper prints them in N/mm and N s/mm."""
 
@@ -86,6 +143,11 @@ class GainsConfig(Config):
     notch: NotchConfig = Field(
         default=NotchConfig(), description="Notch filter on the feedback, against a resonance"
     )
+    filter_1: FilterConfig = Field(
+        default=FilterConfig(), description="Filter of second order after the notch"
+    )
+    filter_2: FilterConfig = Field(default=FilterConfig(), description="Another after it")
+    filter_3: FilterConfig = Field(default=FilterConfig(), description="And another")
 
 
 class SubdivisionConfig(Config):

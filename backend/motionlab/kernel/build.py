@@ -23,7 +23,7 @@ from motionlab.config.plant import (
 )
 from motionlab.config.scenario import Scenario
 from motionlab.control.compensation import Compensation
-from motionlab.control.notch import sampled_notch
+from motionlab.control.filters import sampled_filter, sampled_notch
 from motionlab.control.position import PositionController
 from motionlab.effects import EFFECTS
 from motionlab.force_sharing.functions import CLOSED_FORM
@@ -206,6 +206,7 @@ def lane(scenario: Scenario, controller: ControllerConfig, axis: str) -> Paramet
     """Return the parameter groups of one axis of one variant, as plain numbers."""
     plant: AxisConfig = getattr(scenario.plant, axis)
     model = getattr(controller.model, axis)
+    gains = getattr(controller, axis)
     compensation = controller.compensation
     enabled = compensation.enabled and LAWS[compensation.law].adds and model.friction.enabled
     return Parameters(
@@ -225,7 +226,10 @@ def lane(scenario: Scenario, controller: ControllerConfig, axis: str) -> Paramet
         ),
         resonance=_resonance(plant.resonance, plant.mass),
         controller=_position_controller(scenario, controller, axis),
-        notch=sampled_notch(**getattr(controller, axis).notch.model_dump()),
+        notch=sampled_notch(**gains.notch.model_dump()),
+        filter_1=sampled_filter(**gains.filter_1.model_dump()),
+        filter_2=sampled_filter(**gains.filter_2.model_dump()),
+        filter_3=sampled_filter(**gains.filter_3.model_dump()),
         compensation=Compensation(law_number(compensation.law), float(enabled)),
         model_friction=model.friction.parameters(),
         model_subdivision=Subdivision(

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.control.compensation import Compensation
-from motionlab.control.notch import Notch
+from motionlab.control.filters import Biquad
 from motionlab.control.position import PositionController
 from motionlab.effects import effect
 from motionlab.force_sharing.functions import CLOSED_FORM, SharingParameters
@@ -48,8 +48,14 @@ class ControllerState(NamedTuple):
     v_last: Lanes  # and velocity, m/s
     e_last: Lanes  # last following error, m
     d: Lanes  # disturbance estimate, N
-    n_1: Lanes  # state of the notch filter, N
+    n_1: Lanes  # states of the notch, N
     n_2: Lanes
+    f_1: Lanes  # states of the three filters after it, N
+    f_2: Lanes
+    f_3: Lanes
+    f_4: Lanes
+    f_5: Lanes
+    f_6: Lanes
 
 
 class Command(NamedTuple):
@@ -125,7 +131,10 @@ class Parameters(NamedTuple):
     mechanics: Mechanics
     resonance: Resonance
     controller: PositionController
-    notch: Notch
+    notch: Biquad
+    filter_1: Biquad
+    filter_2: Biquad
+    filter_3: Biquad
     compensation: Compensation
     model_friction: LuGre
     model_subdivision: Subdivision
@@ -242,6 +251,9 @@ _TABLED = [
     _RESONANCE,
     CONTROLLER,
     _NOTCH,
+    _FILTER_1,
+    _FILTER_2,
+    _FILTER_3,
     _COMPENSATION,
     MODEL_FRICTION,
     _MODEL_SUBDIVISION,
@@ -270,7 +282,10 @@ def groups(parameters: NDArray[np.float64], width: Lanes) -> Parameters:
         unpack(Mechanics, parameters, _MECHANICS, width),
         unpack(Resonance, parameters, _RESONANCE, width),
         unpack(PositionController, parameters, CONTROLLER, width),
-        unpack(Notch, parameters, _NOTCH, width),
+        unpack(Biquad, parameters, _NOTCH, width),
+        unpack(Biquad, parameters, _FILTER_1, width),
+        unpack(Biquad, parameters, _FILTER_2, width),
+        unpack(Biquad, parameters, _FILTER_3, width),
         unpack(Compensation, parameters, _COMPENSATION, width),
         unpack(LuGre, parameters, MODEL_FRICTION, width),
         unpack(Subdivision, parameters, _MODEL_SUBDIVISION, width),

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.control.notch import notched
+from motionlab.control.filters import filtered
 from motionlab.control.position import Last, disturbance_estimate, estimate_motion, pd_force
 from motionlab.force_sharing.share import share_force
 from motionlab.kernel.effect_calls import Effects
@@ -123,7 +123,13 @@ def command(  # noqa: PLR0913, PLR0917 - what a command depends on
     force = u + added
     force = force + select(controller.feedforward > 0.0, controller.M * motion.a_ref, 0.0)
     opposed = select(controller.observer > 0.0, d, 0.0)
-    force, n_1, n_2 = notched(par.notch, force + opposed, u + opposed, memory.n_1, memory.n_2)
+    feedback = u + opposed
+    passed, n_1, n_2 = filtered(par.notch, feedback, memory.n_1, memory.n_2)
+    passed, f_1, f_2 = filtered(par.filter_1, passed, memory.f_1, memory.f_2)
+    passed, f_3, f_4 = filtered(par.filter_2, passed, memory.f_3, memory.f_4)
+    passed, f_5, f_6 = filtered(par.filter_3, passed, memory.f_5, memory.f_6)
+    # Their change is added, so that filters that pass everything leave every bit of the force.
+    force = force + opposed + (passed - feedback)
     if extra is not None:
         force = force + extra
     f_command = clip(force, -controller.force_limit, controller.force_limit)
@@ -133,7 +139,9 @@ def command(  # noqa: PLR0913, PLR0917 - what a command depends on
     realised = select(controller.ideal_force > 0.0, f_command, share.force)
     i = share.current
     return (
-        ControllerState(motion.p, motion.v, motion.error, d, n_1, n_2),
+        ControllerState(
+            motion.p, motion.v, motion.error, d, n_1, n_2, f_1, f_2, f_3, f_4, f_5, f_6
+        ),
         Command(realised, estimate.force, added, estimate.K, i.a, i.b, i.c),
         Signals(motion.error, motion.v, u, estimate.z, d, f_command, share.limited),
     )

@@ -34,7 +34,9 @@ from motionlab.timing import CONTROL_PERIOD
 Array = NDArray[np.float64]
 Sliding = Callable[[int, Any, float, Array], int]
 
-MEMORY_STATES = 13
+_FEEDBACK_STATES = 9
+"""Of the disturbance observer and the filters, one after another."""
+MEMORY_STATES = 19
 """States of the linearised controller beside those of its law. Its force needs no currents; the
 reference is zero, so the last error is a position."""
 CONTROLLER_SIZE = len(LawState._fields) + MEMORY_STATES + 1
@@ -120,9 +122,9 @@ def _row(state: int, law_states: int) -> int:
     if k < 2:
         return _P_LAST + k
     k -= 2
-    if k < 3:
+    if k < _FEEDBACK_STATES:
         return _D + k
-    k -= 3
+    k -= _FEEDBACK_STATES
     return _ACTING + k if k < COMMAND_STATES else _PENDING + k - COMMAND_STATES
 
 
