@@ -21,6 +21,7 @@ from playwright.sync_api import (
     ConsoleMessage,
     Error,
     Page,
+    TimeoutError as WaitedTooLong,
     ViewportSize,
     expect,
     sync_playwright,
@@ -291,7 +292,7 @@ def lab(
     try:
         if "unopened" not in request.fixturenames:
             page.goto(f"{server.url}/{address}")
-            page.get_by_text("connected", exact=True).wait_for()
+            connected(page)
         yield page
         session = page.evaluate("new URL(location.href).searchParams.get('session')")
         # Away from it first, or it would miss its session, say so, and make another.
@@ -310,6 +311,23 @@ def lab(
     if server.starts > starts:
         refusals += ["ERR_CONNECTION", "ERR_EMPTY_RESPONSE", "ERR_SOCKET_NOT_CONNECTED", "404"]
     assert [c for c in complaints if not any(word in c for word in refusals)] == []
+
+
+def connected(page: Page) -> None:
+    """Wait for the page's connection; without one, say how busy the machine is, and with what."""
+    try:
+        page.get_by_text("connected", exact=True).wait_for()
+    except WaitedTooLong as error:
+        busiest = subprocess.run(
+            ["ps", "-eo", "pcpu,etimes,pid,args", "--sort=-pcpu"],
+            capture_output=True,
+            text=True,
+            check=False,
+        ).stdout.splitlines()[:9]
+        shown = page.inner_text("body")[:400]
+        load = " ".join(f"{each:.1f}" for each in os.getloadavg())
+        lines = [str(error), f"load {load}", *(line[:150] for line in busiest), shown]
+        raise AssertionError("\n".join(lines)) from None
 
 
 def emptied(page: Page, server: Server) -> None:

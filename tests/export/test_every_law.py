@@ -31,7 +31,12 @@ FORMULA: dict[str, Any] = {
     for axis in AXES
     for name, value in {"h_2": 0.03, "h_3": 0.039, "offset": 5e-5}.items()
 }
-NOTCH = {f"{CONTROLLER}.{axis}.notch.gain": 0.1 for axis in AXES}
+NOTCH = {f"{CONTROLLER}.{axis}.notch.gain": 0.1 for axis in AXES} | {
+    f"{CONTROLLER}.{axis}.filter_{number}.poles_frequency": 300.0 + 150.0 * number
+    for axis in AXES
+    for number in (1, 2, 3)
+}
+"""A notch and three low-passes."""
 SWITCHES: dict[str, dict[str, Any]] = {
     "everything": NOTCH
     | {

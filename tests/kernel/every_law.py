@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.control.notch import sampled_notch
+from motionlab.control.filters import sampled_filter, sampled_notch
 from motionlab.effects import EFFECTS, Effect
 from motionlab.kernel.effect_calls import effect_numbers
 from motionlab.kernel.layout import (
@@ -41,11 +41,21 @@ _IMPERFECT = {
     "resonance.compliance": -1e-7,
 }
 _NOTCH = sampled_notch(frequency=250.0, damping=0.35, gain=0.1)._asdict()
+_LOW_PASS = sampled_filter(
+    zeros_frequency=0.0, zeros_damping=0.7, poles_frequency=700.0, poles_damping=0.8
+)._asdict()
+_LEAD = sampled_filter(
+    zeros_frequency=90.0, zeros_damping=0.9, poles_frequency=120.0, poles_damping=0.9
+)._asdict()
 _EVERYTHING = {
     "controller.feedforward": 1.0,
     "controller.observer": 1.0,
     "law.from_reference": 1.0,
-} | {f"notch.{key}": value for key, value in _NOTCH.items()}
+} | {
+    f"{name}.{key}": value
+    for name, values in {"notch": _NOTCH, "filter_1": _LOW_PASS, "filter_3": _LEAD}.items()
+    for key, value in values.items()
+}
 _FOUR = (
     ("residual-k", {"law.z_limit": 4e-5} | _EVERYTHING),
     ("canudas-de-wit", {"law.gain": 300.0, "controller.ideal_force": 1.0}),

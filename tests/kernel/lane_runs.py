@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.control.compensation import Compensation
-from motionlab.control.notch import PASS
+from motionlab.control.filters import PASS
 from motionlab.control.position import PositionController
 from motionlab.force_sharing.functions import CLOSED_FORM, SharingParameters
 from motionlab.force_sharing.share import ForceModel, Sharing
@@ -120,6 +120,9 @@ def lane(axis: Axis, law: str = "off", changes: Mapping[str, float] | None = Non
             learnt=0.0,
         ),
         notch=PASS,
+        filter_1=PASS,
+        filter_2=PASS,
+        filter_3=PASS,
         compensation=Compensation(law_number(law), float(LAWS[law].adds)),
         model_friction=friction,
         model_subdivision=Subdivision(sine=0.0, cosine=0.0, period=20e-6),

@@ -6285,6 +6285,41 @@ export interface components {
             y: (number | null)[];
         };
         /**
+         * FilterConfig
+         * @description A filter of second order on PD and disturbance observer; gain 1 at rest; not in the paper.
+         *
+         *     ``(s^2/omega_z^2 + 2 zeta_z s/omega_z + 1)/(s^2/omega_p^2 + 2 zeta_p s/omega_p + 1)``: a notch,
+         *     a lead where the zeros lie below the poles, a low-pass without zeros.
+         */
+        FilterConfig: {
+            /**
+             * zeros, frequency
+             * @description Natural frequency of the zeros; 0: no zeros
+             * @default 0
+             * @example 200
+             */
+            zeros_frequency: number;
+            /**
+             * zeros, damping
+             * @description Damping ratio of the zeros
+             * @default 0.7
+             */
+            zeros_damping: number;
+            /**
+             * poles, frequency
+             * @description Natural frequency of the poles; 0: no filter
+             * @default 0
+             * @example 400
+             */
+            poles_frequency: number;
+            /**
+             * poles, damping
+             * @description Damping ratio of the poles
+             * @default 0.7
+             */
+            poles_damping: number;
+        };
+        /**
          * Finding
          * @description What a step has found.
          */
@@ -7331,6 +7366,36 @@ export interface components {
              *     }
              */
             notch: components["schemas"]["NotchConfig"];
+            /**
+             * @description Filter of second order after the notch
+             * @default {
+             *       "zeros_frequency": 0,
+             *       "zeros_damping": 0.7,
+             *       "poles_frequency": 0,
+             *       "poles_damping": 0.7
+             *     }
+             */
+            filter_1: components["schemas"]["FilterConfig"];
+            /**
+             * @description Another after it
+             * @default {
+             *       "zeros_frequency": 0,
+             *       "zeros_damping": 0.7,
+             *       "poles_frequency": 0,
+             *       "poles_damping": 0.7
+             *     }
+             */
+            filter_2: components["schemas"]["FilterConfig"];
+            /**
+             * @description And another
+             * @default {
+             *       "zeros_frequency": 0,
+             *       "zeros_damping": 0.7,
+             *       "poles_frequency": 0,
+             *       "poles_damping": 0.7
+             *     }
+             */
+            filter_3: components["schemas"]["FilterConfig"];
         };
         /**
          * Geometry

@@ -3,7 +3,7 @@
 import { at, equal } from '../../../app/api/scenario-paths';
 import { AXES, type Changes, type GainSet, type Scenario } from '../../../app/api/types';
 import { digits, quantity, type Quantity } from '../../../ui/units';
-import { gainPath, NOTCH, notchPath, SWITCHES } from './gains';
+import { FILTER, filterPath, FILTERS, gainPath, NOTCH, notchPath, SWITCHES } from './gains';
 
 /** Everything of the controllers that the panel can change. */
 function tunables(scenario: Scenario): string[] {
@@ -12,6 +12,7 @@ function tunables(scenario: Scenario): string[] {
       gainPath(variant, axis, 'k_p'),
       gainPath(variant, axis, 'k_d'),
       ...NOTCH.map((what) => notchPath(variant, axis, what)),
+      ...FILTERS.flatMap((name) => FILTER.map((what) => filterPath(variant, axis, name, what))),
     ]),
     ...[
       'compensation.law',

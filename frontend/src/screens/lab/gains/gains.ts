@@ -27,6 +27,32 @@ export function notchPath(variant: string, axis: Axis, what: (typeof NOTCH)[numb
   return `variants.${variant}.controller.${axis}.notch.${what}`;
 }
 
+/** The filters after the notch, and what each has; one whose poles are at 0 Hz is none. */
+export const FILTERS = ['filter_1', 'filter_2', 'filter_3'] as const;
+export const FILTER = [
+  'zeros_frequency',
+  'zeros_damping',
+  'poles_frequency',
+  'poles_damping',
+] as const;
+
+export function filterPath(
+  variant: string,
+  axis: Axis,
+  filter: (typeof FILTERS)[number],
+  what: (typeof FILTER)[number],
+): string {
+  return `variants.${variant}.controller.${axis}.${filter}.${what}`;
+}
+
+/** Returns how many of those filters act, on both axes. */
+export function filters(scenario: Scenario | null, variant: string): number {
+  const paths = AXES.flatMap((axis) =>
+    FILTERS.map((filter) => filterPath(variant, axis, filter, 'poles_frequency')),
+  );
+  return paths.filter((path) => numberAt(scenario, path) > 0).length;
+}
+
 /** Whether a notch acts on an axis of a variant. */
 export function notched(scenario: Scenario | null, variant: string, axis: Axis): boolean {
   return numberAt(scenario, notchPath(variant, axis, 'gain')) < 1;
