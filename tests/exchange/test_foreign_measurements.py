@@ -97,7 +97,7 @@ def test_structs_and_cells_of_matlab(tmp_path: Path) -> None:
         "x.position_reference",
         "M.x.position_measured",
     ]
-    assert found.document.ignored == {"cells": "is no numbers"}
+    assert found.document.ignored == {"cells": "is a cell array"}
 
 
 @pytest.mark.parametrize("rate", [3000, 12_800, 44_100])

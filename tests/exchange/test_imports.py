@@ -403,7 +403,7 @@ def test_a_mat_file(tmp_path: Path, struct: bool) -> None:
     scipy.io.savemat(path, {"log": content} if struct else content)
     found = measured(path)
     assert found.document.ignored == {
-        "gain": "is a single number",
+        "gain": "is a single number, 7",
         "short": f"has 2 values instead of {ROWS}",
     }
     near(found.values["M.x.position_measured"], POSITION)
@@ -705,3 +705,24 @@ def test_columns_that_begin_late_or_end_early(tmp_path: Path) -> None:
     nan = np.nan
     np.testing.assert_array_equal(found["rig.a"], [0, 1, nan, 3, 4])
     np.testing.assert_array_equal(found["rig.b"], [nan, 1, 2, 3, nan])
+
+
+def test_a_unit_with_a_factor(given: Given) -> None:
+    """Volts of a drive as newtons, turned around; rotation as a length."""
+    text = lines("0,1,2,10,7", "0.001,1.5,2.5,20,7", header="t [s],vir,cell [V],rpm,F_y [N]")
+    found = given(
+        text,
+        "vir=M.x.thrust[35.15 N]",
+        "cell=x.load_force[-2e2 N]",
+        "rpm=M.x.velocity_measured[0.333 mm/s]",
+    )
+    near(found.values["M.x.thrust"], [35.15, 52.725])
+    near(found.values["x.load_force"], [-400.0, -500.0])
+    near(found.values["M.x.velocity_measured"], [3.33e-3, 6.66e-3])
+    near(found.values["M.y.thrust"], [7.0, 7.0])
+    assert [c.factor for c in found.document.columns][1:4] == [35.15, -200.0, 0.333e-3]
+    bare = lines("0,1,2", "0.001,1.5,2.5", header="t [s],vir,F_y")  # F_y does not take its factor
+    near(given(bare, "vir=M.x.thrust[35.15 N]").values["M.y.thrust"], [2.0, 2.5])
+    for unit in ("0 N", "1e999 N", "35.15 V", "nan N", "3 4 N"):
+        with pytest.raises(ConfigError, match="is no unit of that channel"):
+            given(text, f"vir=M.x.thrust[{unit}]")

@@ -16,7 +16,7 @@ from motionlab.studies.options import add_json
 
 if TYPE_CHECKING:
     from motionlab.exchange.exports import Source
-    from motionlab.exchange.measurements.document import Import, ImportedColumn
+    from motionlab.exchange.measurements.document import Import, ImportedColumn, Merged
 
 EXPORT_EXAMPLES = """\
 examples:
@@ -33,6 +33,8 @@ examples:
   motionlab import rig.csv --preview
   motionlab import rig.csv --map 'Pos=M.x.position_measured[um]' --map Temp=- --name 'rig 7'
   motionlab import currents.mat --rate 10000
+  motionlab import drive.mat --map 'u=M.x.thrust[35.15 N]' --map 'q=M.x.position_measured[m]'
+  motionlab import drive.csv sensor.csv --align Torque=Force --preview
 
 `motionlab docs exchange` has the channels and what is guessed.
 """
@@ -77,12 +79,18 @@ def add(commands: Any) -> None:
     parser = commands.add_parser(
         "import",
         help="keep a measurement of a real machine as a run",
-        description="Keep CSV, Parquet, MAT or MCAP of a real machine as a run. What is not said "
-        "of its columns is guessed from names, units and ranges, and printed.",
+        description="Keep CSV, Parquet, MAT, NPZ or MCAP of a real machine as a run. What is not "
+        "said of its columns is guessed from names, units and ranges, and printed. A second file "
+        "of the same motion is merged on the time of the first.",
         epilog=IMPORT_EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("file", metavar="FILE", help="the file; its content decides the format")
+    parser.add_argument(
+        "files",
+        metavar="FILE",
+        nargs="+",
+        help="one file, or two with a clock each; the content decides the format",
+    )
     parser.add_argument(
         "--map",
         dest="mapping",
@@ -90,7 +98,7 @@ def add(commands: Any) -> None:
         action="append",
         default=[],
         help="what a column is (repeatable): a channel, time, - to leave it out, or nothing to "
-        "keep it under its own name",
+        "keep it under its own name; the unit may have a factor, [35.15 N]",
     )
     parser.add_argument(
         "--rate", metavar="HZ", type=float, help="sample rate of a file without time"
@@ -103,6 +111,19 @@ def add(commands: Any) -> None:
     )
     parser.add_argument(
         "--decimal", choices=_DECIMALS, default="", help="decimal sign of CSV (default: found out)"
+    )
+    parser.add_argument(
+        "--align",
+        metavar="A=B",
+        default="",
+        help="of two files: columns of the first and the second that show the same, A=-B with "
+        "opposite signs, or COLUMN of both (default: one that both have)",
+    )
+    parser.add_argument(
+        "--offset",
+        metavar="S",
+        type=float,
+        help="of two files: what is added to times of the second (default: estimated)",
     )
     parser.add_argument("--name", metavar="TEXT", default="", help="what the run is called")
     parser.add_argument("--preview", action="store_true", help="keep nothing, show how it is read")
@@ -135,9 +156,16 @@ def _import(options: argparse.Namespace) -> int:
     from motionlab.library.library import library
     from motionlab.library.run import check_name
 
-    path = Path(options.file)
-    if not path.is_file():
-        raise ConfigError(FieldError("FILE", "is no file", options.file))
+    paths = [Path(file) for file in options.files]
+    for path in paths:
+        if not path.is_file():
+            raise ConfigError(FieldError("FILE", "is no file", str(path)))
+    path, *others = paths
+    if len(others) > 1:
+        raise ConfigError(FieldError("FILE", "too many files", len(paths), "one or two"))
+    for loc, value in (("--align", options.align or None), ("--offset", options.offset)):
+        if value is not None and not others:
+            raise ConfigError(FieldError(loc, "is of two files", value))
     check_name(options.name, "--name")
     reading = ImportOptions(
         name=options.name,
@@ -146,15 +174,18 @@ def _import(options: argparse.Namespace) -> int:
         mapping=tuple(options.mapping),
         delimiter=options.delimiter,
         decimal=options.decimal,
+        align=options.align,
+        offset=options.offset,
     )
     kept_in = None if options.preview else library()
-    document, _ = import_file(path, reading, library=kept_in, name=path.name)
+    second = others[0] if others else None
+    document, _ = import_file(path, reading, library=kept_in, name=path.name, second=second)
     if options.json:
         print(document.model_dump_json())
     else:
         print(_described(document))
     for problem in document.problems:
-        print(f"motionlab: {options.file}: {problem}", file=sys.stderr)
+        print(f"motionlab: {path}: {problem}", file=sys.stderr)
     return BAD_INPUT if document.problems and not options.preview else DONE
 
 
@@ -176,7 +207,12 @@ def _described(document: Import) -> str:
             f"jitter {1e6 * (document.jitter or 0.0):.3g} us"
         )
     if document.resampled is not None:
-        lines.append(f"resampled from {document.resampled:.6g} Hz")
+        lines.append(
+            f"resampled from {document.resampled:.6g} Hz, median rate "
+            f"{document.median_rate:.6g} Hz, by linear interpolation"
+        )
+    if document.merged is not None:
+        lines.append(_merged(document.merged))
     lines += [
         f"gap of {gap.samples} {'sample' if gap.samples == 1 else 'samples'} "
         f"from {gap.start:.6g} s to {gap.end:.6g} s"
@@ -195,6 +231,21 @@ def _described(document: Import) -> str:
     if document.run is not None:
         lines.append(f"kept as {document.run}")
     return "\n".join(lines)
+
+
+def _merged(merged: Merged) -> str:
+    text = f"second file: {merged.rows} rows, {merged.samples} of the first covered, "
+    text += f"offset {1e3 * merged.offset:.6g} ms"
+    if merged.offset_half_width is not None:
+        text += f" +- {1e3 * merged.offset_half_width:.2g}"
+    text += f", drift {1e6 * merged.drift:.4g} ppm"
+    if merged.drift_half_width is not None:
+        text += f" +- {1e6 * merged.drift_half_width:.2g}"
+    if merged.correlation is None:
+        return text
+    return (
+        f"{text}, by {merged.first!r} and {merged.second!r}, correlation {merged.correlation:.4f}"
+    )
 
 
 @contextlib.contextmanager

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -22,6 +22,7 @@ from motionlab.exchange.measurements.column_guess import (
     instant_of,
     label,
     parse_mapping,
+    scaled,
     si_of,
     spelt,
     unit_by_range,
@@ -126,6 +127,7 @@ def read_measurement(file: MeasuredFile, options: ImportOptions) -> Measurement:
         rate_from=rate_from,
         duration=None,
         ticks=None,
+        median_rate=None,
         jitter=None,
         gaps=[],
         gap_count=0,
@@ -151,7 +153,7 @@ def read_measurement(file: MeasuredFile, options: ImportOptions) -> Measurement:
     if grid.uneven and options.resample is None:
         document.problems.append(
             f"samples are up to {grid.jitter:.3g} s off equal steps of {grid.period:.3g} s: give "
-            "the rate to resample to"
+            f"the rate to resample to; the median rate is {document.median_rate:.6g} Hz"
         )
         return Measurement(document, 0.0, None)
     measurement = Measurement(document, grid.period, _begun(file, columns))
@@ -186,6 +188,33 @@ def read_measurement(file: MeasuredFile, options: ImportOptions) -> Measurement:
         measurement.columns[name] = own[name] if target is None else (target.unit, target.meaning)
         measurement.values[name] = samples[name]
     return measurement
+
+
+def time_of(file: MeasuredFile, options: ImportOptions) -> tuple[FileColumn, float, float | None]:
+    """Return the column of time of a file, the factor to s, and the instant of its first row.
+
+    Mappings of columns that the file does not have are passed over.
+
+    Raises
+    ------
+    ConfigError
+        If it has none.
+    """
+    columns = columns_of(file, options)
+    for column in columns:
+        if column.channel == "time":
+            return column.source, column.factor, _begun(file, columns)
+    raise refused("has no column of time: map one to time")
+
+
+def columns_of(file: MeasuredFile, options: ImportOptions) -> list[_Column]:
+    """Return the columns of a file with channel and unit, where mappings may be of another file."""
+    headings = [label(c.header, c.unit, bare=c.bare).name for c in file.columns]
+    names = {c.header for c in file.columns} | set(headings)
+    mapping = tuple(text for text in options.mapping if text.rpartition("=")[0].strip() in names)
+    columns = _assigned(file, replace(options, mapping=mapping, rate=None))
+    _find_units(columns)
+    return columns
 
 
 def _stored(name: str, values: NDArray[np.float64]) -> NDArray[np.float32]:
@@ -294,7 +323,7 @@ def _find_units(columns: Sequence[_Column]) -> None:
         elif not column.unit:
             column.unit = _unit_like(columns, column, si)
             column.why += "; unit from range"
-        factor = si_of(column.unit)
+        factor = si_of(column.unit) if column.mapped < 0 else scaled(column.unit)
         if factor is None or factor[0] != si:
             loc, allowed = f"map.{column.mapped}", f"a unit of {column.channel}, as in [{si}]"
             raise ConfigError(FieldError(loc, "has another unit", column.unit, allowed))
@@ -306,9 +335,10 @@ def _unit_like(columns: Sequence[_Column], column: _Column, si: str) -> str:
         return "1"
     kind = _quantity(column.channel)
     alike = [c for c in columns if c.channel in TARGETS and TARGETS[c.channel].unit == si]
-    known = [c.unit for c in alike if c.unit and _quantity(c.channel) == kind]
+    plain = [c for c in alike if si_of(c.unit)]  # no factor of another column
+    known = [c.unit for c in plain if _quantity(c.channel) == kind]
     if not known and kind == "error":  # in the unit of the positions, as a rule
-        known = [c.unit for c in alike if c.unit]
+        known = [c.unit for c in plain]
     if known:
         return known[0]
     shared = [c for c in alike if _quantity(c.channel) == kind] or [column]
@@ -383,6 +413,7 @@ def _described(file: MeasuredFile, column: _Column, name: str) -> ImportedColumn
 
 def _describe_times(document: Import, grid: Grid, file: MeasuredFile) -> None:
     document.rate = 1.0 / grid.period
+    document.median_rate = grid.median_rate
     document.jitter = grid.jitter
     document.gap_count = len(grid.gaps)
     document.missing = sum(length for _, length in grid.gaps)

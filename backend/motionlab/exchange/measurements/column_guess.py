@@ -60,6 +60,7 @@ _HEADER_MAX = 100
 """Characters of a header in which a unit is looked for: the time is cubic in them."""
 _BRACKETS = {"]": "[", ")": "(", "}": "{"}
 _SLASH = re.compile(r"(.+?)(?:\s+/\s*|\s+in\s+)(\S+)")
+_SCALED = re.compile(r"([-+]?(?:\d{1,40}\.?\d{0,40}|\.\d{1,40})(?:[eE][-+]?\d{1,3})?)\s+(\S.*)")
 _REPEATED = re.compile(r"(.*[^ ]) (\([2-9]\d*\)|\(1\d+\))")
 """A header that comes again in a file, as `csv_form` numbers it."""
 _OWN = re.compile(r"(?:[A-Z]\.)?([xy])\.(\w+)")
@@ -173,6 +174,14 @@ def si_of(unit: str) -> tuple[str, float] | None:
         if plain in factors:
             return si, factors[plain]
     return None
+
+
+def scaled(unit: str) -> tuple[str, float] | None:
+    """Return what `si_of` does, also of a unit with a factor before it, such as ``35.15 N``."""
+    if (match := _SCALED.fullmatch(unit.strip())) is None:
+        return si_of(unit)
+    si, factor = si_of(match[2]), float(match[1])
+    return (si[0], factor * si[1]) if si and factor and np.isfinite(factor) else None
 
 
 def channel_of(name: str, si: str) -> tuple[str | None, str]:
@@ -341,7 +350,8 @@ class Mapping:
     channel : str
         A channel, ``time``, nothing for a column that keeps its own name, ``-`` for one left out.
     unit : str
-        Empty for the unit that the file gives or the range suggests.
+        With a factor before it or without; empty for the unit that the file gives or the range
+        suggests.
     """
 
     column: str
@@ -373,9 +383,10 @@ def parse_mapping(texts: Sequence[str], loc: str = "map") -> list[Mapping]:
             wrong.append(FieldError(where, "no channel of that name", text, allowed))
         elif unit and channel not in {"", "-"}:
             expected = "s" if channel == "time" else TARGETS[channel].unit
-            si = si_of(unit)
+            si = scaled(unit)
             if si is None or si[0] != expected:
-                allowed = ", ".join(map(spelt, UNITS[expected]))
+                units = ", ".join(map(spelt, UNITS[expected]))
+                allowed = f"{units}; or a factor and one of them, [35.15 {spelt(expected)}]"
                 wrong.append(FieldError(where, "is no unit of that channel", text, allowed))
         mappings.append(Mapping(match["column"].strip(), channel, unit))
     if wrong:

@@ -83,7 +83,7 @@ def read_csv(path: Path, values_max: int, delimiter: str = "", decimal: str = ""
         whole = len(head) < _HEAD
     encoding = encoding_of(head, whole=whole)
     if encoding is None:
-        raise _refused("is neither a text nor Parquet, MAT (level 5) or MCAP")
+        raise _refused("is neither a text nor Parquet, MAT (level 5), NPZ or MCAP")
     text = head.decode(encoding, errors="replace")
     lines = with_whole_cells(lines_of(text)[: _LINES if whole else -1][:_LINES])
     delimiters = [sign for sign, name in DELIMITERS.items() if delimiter in {"", name}]

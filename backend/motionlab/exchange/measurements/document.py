@@ -57,6 +57,23 @@ class ImportedGap(BaseModel):
     place: str = Field(description="Where the first sample after it is, such as line 12")
 
 
+class Merged(BaseModel):
+    """How a second file came onto the time of the first: t = offset + (1 + drift) t of the second.
+
+    Half widths are of 95 % intervals, from white residuals; null where nothing was estimated.
+    """
+
+    rows: int = Field(description="Rows of the second file")
+    samples: int = Field(description="Rows of the first file that the second one covers")
+    offset: float = Field(description="s")
+    offset_half_width: float | None = Field(description="s")
+    drift: float = Field(description="Clock of the first file over that of the second, less 1")
+    drift_half_width: float | None
+    first: str = Field(description="Column of the first file that was aligned; empty where none")
+    second: str = Field(description="Column of the second file")
+    correlation: float | None = Field(description="Of the two, aligned")
+
+
 class Import(BaseModel):
     """How a file is read as a run: what was found out, guessed, derived."""
 
@@ -72,6 +89,9 @@ class Import(BaseModel):
     rate_from: str = Field(description="Column of time, or rate")
     duration: float | None = Field(description="s")
     ticks: int | None = Field(description="Samples of the run, missing ones included")
+    median_rate: float | None = Field(
+        description="One over the median time between two samples of the file, Hz"
+    )
     jitter: float | None = Field(
         description="Largest distance of a sample's time from equal steps, s"
     )
@@ -79,6 +99,9 @@ class Import(BaseModel):
     gap_count: int
     missing: int = Field(description="Samples that are missing in all gaps")
     resampled: float | None = Field(description="Sample rate of the file, where another is kept")
+    merged: Merged | None = Field(
+        default=None, description="Of two files: how the second came onto the time of the first"
+    )
     derived: list[str] = Field(description="Channels that are computed from others")
     notes: list[str] = Field(description="What was passed over, cut off or guessed")
     problems: list[str] = Field(description="What must be said before it can be kept")
@@ -104,6 +127,11 @@ class ImportOptions:
         Of CSV: one of DELIMITERS; empty to find it out.
     decimal : str
         Of CSV: one of DECIMALS; empty to find it out.
+    align : str
+        Of two files: ``COLUMN``, or ``A=B`` of the first and the second, ``A=-B`` of opposite
+        signs; empty for one that both have.
+    offset : float or None
+        Of two files: what is added to times of the second, s; None to estimate it.
     """
 
     name: str = ""
@@ -112,6 +140,8 @@ class ImportOptions:
     mapping: tuple[str, ...] = ()
     delimiter: str = ""
     decimal: str = ""
+    align: str = ""
+    offset: float | None = None
 
 
 GUESSED = ImportOptions()

@@ -18,6 +18,7 @@ from motionlab.exchange.measurements.channels import Measurement, read_measureme
 from motionlab.exchange.measurements.column_guess import VARIANT
 from motionlab.exchange.measurements.document import Import, ImportOptions
 from motionlab.exchange.measurements.table_file import read_file
+from motionlab.exchange.measurements.two_files import merged
 from motionlab.library.description import picture
 from motionlab.library.library import Library
 from motionlab.library.run import NAME_MAX, Event, RunDetail, new_id
@@ -27,20 +28,27 @@ _EVENTS_MAX = 1000  # gaps that are events of the run
 
 
 def import_file(
-    path: Path, options: ImportOptions, *, library: Library | None, name: str
+    path: Path,
+    options: ImportOptions,
+    *,
+    library: Library | None,
+    name: str,
+    second: Path | None = None,
 ) -> tuple[Import, RunDetail | None]:
     """Read a file of a machine, and keep it as a run.
 
     Parameters
     ----------
     path : Path
-        CSV, Parquet, MAT or MCAP; its content decides which.
+        CSV, Parquet, MAT, NPZ or MCAP; its content decides which.
     options : ImportOptions
         What the user says of it.
     library : Library, optional
         Where it is kept; None for a preview.
     name : str
         What the run is called where `options` give no name: of a file, whose name may be no text.
+    second : Path, optional
+        Another file of the same motion, which is merged on the time of the first.
 
     Returns
     -------
@@ -56,8 +64,12 @@ def import_file(
     StoreError
         If it cannot be kept.
     """
-    measurement = read_measurement(read_file(path, options), options)
+    file, about_second = read_file(path, options), None
+    if second is not None:
+        file, about_second, options = merged(file, read_file(second, options), options)
+    measurement = read_measurement(file, options)
     document = measurement.document
+    document.merged = about_second
     if library is None or document.problems:
         return document, None
     name = options.name or os.fsencode(name).decode("utf-8", "replace")

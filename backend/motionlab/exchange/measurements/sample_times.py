@@ -59,6 +59,12 @@ class Grid:
         return int(self.places[-1]) + 1
 
     @property
+    def median_rate(self) -> float:
+        """One over the median time between two samples that are apart, Hz."""
+        steps = np.diff(self.times)
+        return 1.0 / float(np.median(steps[steps > 0]))
+
+    @property
     def uneven(self) -> bool:
         """Whether the file's times are too far from equal steps to be replaced by them.
 
@@ -214,14 +220,14 @@ def resampled(
     samples = np.empty(ticks)
     for start in range(0, ticks, _BLOCK):
         steps = np.arange(start, min(start + _BLOCK, ticks), dtype=np.float64)
-        samples[start : start + len(steps)] = _interpolated(grid, values, period * steps)
+        samples[start : start + len(steps)] = interpolated(grid, values, period * steps)
     return samples
 
 
-def _interpolated(
+def interpolated(
     grid: Grid, values: NDArray[np.float64], at: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return values at times from the first sample."""
+    """Return values at times from the first sample, linearly interpolated; NaN across gaps."""
     first, last = grid.times[0], grid.times[-1]
     times = np.minimum(at + first, last)
     right = np.clip(np.searchsorted(grid.times, times, "right"), 1, len(grid.times) - 1)

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -16,16 +14,24 @@ from pyarrow import parquet
 from motionlab.config.bounds import check_text
 from motionlab.errors import ConfigError, FieldError
 from motionlab.exchange.formulas import original
+from motionlab.exchange.measurements import npz_arrays
 from motionlab.exchange.measurements.csv_table import read_csv
 from motionlab.exchange.measurements.document import COLUMNS_MAX, GUESSED, VALUES_MAX, ImportOptions
-from motionlab.exchange.measurements.mat_check import check_mat
+from motionlab.exchange.measurements.mat_structs import read_mat
 from motionlab.exchange.measurements.mcap_table import read_mcap
+from motionlab.exchange.measurements.npz_arrays import read_npz
 
-FORMATS = ("csv", "parquet", "mat", "mcap")
+FORMATS = ("csv", "parquet", "mat", "npz", "mcap")
 
-_MAGIC = {b"PAR1": "parquet", b"\x89MCA": "mcap", b"MATL": "mat"}
+_MAGIC = {
+    b"PAR1": "parquet",
+    b"\x89MCA": "mcap",
+    b"MATL": "mat",
+    npz_arrays.ZIP: "npz",
+    npz_arrays.NPY: "npz",
+    b"\x89HDF": "hdf5",
+}
 _REPEATED_MAX = 100  # columns of one name
-_DEPTH_MAX = 4  # structs within structs
 
 
 @dataclass
@@ -100,8 +106,17 @@ def read_file(path: Path, options: ImportOptions = GUESSED) -> MeasuredFile:
     with path.open("rb") as stream:
         head = stream.read(4)
     format = _MAGIC.get(head, "csv")
-    readers = {"parquet": _read_parquet, "mat": _read_mat, "mcap": _read_mcap}
-    file = readers[format](path) if format in readers else _read_csv(path, options)
+    match format:
+        case "parquet":
+            file = _read_parquet(path)
+        case "mat" | "npz":
+            file = _read_arrays(path, format)
+        case "mcap":
+            file = _read_mcap(path)
+        case "hdf5":
+            raise refused("is HDF5: save it as NPZ, CSV or Parquet, or with -v7 in MATLAB")
+        case _:
+            file = _read_csv(path, options)
     check_text([(c.header, c.unit) for c in file.columns], loc="file: column")
     check_text(file.ignored, loc="file")
     empty = [column for column in file.columns if not np.isfinite(column.values).any()]
@@ -116,8 +131,11 @@ def read_file(path: Path, options: ImportOptions = GUESSED) -> MeasuredFile:
 def numbers_in(path: Path) -> int:
     """Return how many numbers a packed file says that it holds; 0 where only reading it tells."""
     with path.open("rb") as stream:
-        if _MAGIC.get(stream.read(4)) != "parquet":
-            return 0
+        head = stream.read(4)
+    if head == npz_arrays.ZIP:
+        return npz_arrays.numbers_in(path)
+    if _MAGIC.get(head) != "parquet":
+        return 0
     try:
         with parquet.ParquetFile(path) as file:
             return file.metadata.num_rows * file.metadata.num_columns
@@ -229,84 +247,14 @@ def _numeric(kind: pa.DataType) -> bool:
     )
 
 
-def _read_mat(path: Path) -> MeasuredFile:
-    from scipy.io import loadmat  # noqa: PLC0415 - a server starts without it
-
-    check_mat(path, 10 * VALUES_MAX)
-    try:
-        content = loadmat(path, squeeze_me=True, struct_as_record=False)
-    except NotImplementedError:
-        raise refused("is a MAT file of version 7.3: save it with -v7 in MATLAB") from None
-    except MemoryError:
-        raise
-    except Exception as error:  # whatever a damaged file makes of the reader
-        raise refused(f"is no MAT file that can be read: {error}") from None
-    roots = {name: value for name, value in content.items() if not name.startswith("__")}
-    single = next(iter(roots.values())) if len(roots) == 1 else None
-    ignored: dict[str, str] = {}
-    vectors = list(_numbers("", vars(single) if _is_struct(single) else roots, 0, ignored))
-    units, names = _described(single)
-    if not vectors:
-        raise refused("has no vector of numbers")
-    lengths = Counter(len(values) for _, values in vectors)
-    rows = max(lengths, key=lambda length: (lengths[length] * (length > 1), length))
-    if names:
-        ignored.clear()  # texts that describe the run
-    ignored |= {
-        name: f"has {len(values)} values instead of {rows}"
-        for name, values in vectors
-        if len(values) != rows
-    }
-    kept = [(name, values) for name, values in vectors if len(values) == rows]
-    _bounded(rows * len(kept))
+def _read_arrays(path: Path, format: str) -> MeasuredFile:
+    read = read_mat if format == "mat" else read_npz
+    table = read(path, 10 * VALUES_MAX, _bounded)
     columns = [
-        FileColumn(names.get(n, n), units.get(n, ""), values.astype(np.float64), bare=bool(names))
-        for n, values in kept
+        FileColumn(name, unit, values, instant=instant, bare=table.own or instant)
+        for name, unit, values, instant in table.columns
     ]
-    return MeasuredFile("mat", columns, ignored, own=bool(names))
-
-
-def _is_struct(value: Any) -> bool:
-    return hasattr(value, "_fieldnames")
-
-
-def _numbers(
-    prefix: str, members: dict[str, Any], depth: int, ignored: dict[str, str]
-) -> Iterator[tuple[str, Any]]:
-    """Yield the vectors of numbers of structs, and the columns of matrices; note the others."""
-    for name, value in members.items():
-        if name == "_fieldnames":
-            continue
-        full = f"{prefix}{name}"
-        if _is_struct(value) and depth < _DEPTH_MAX:
-            yield from _numbers(f"{full}.", vars(value), depth + 1, ignored)
-        elif (why := _unread(value)) and len(ignored) < COLUMNS_MAX:
-            ignored[full] = why
-        elif not why and value.ndim == 1:
-            yield full, value
-        elif not why:
-            table = value if value.shape[0] >= value.shape[1] else value.T
-            for index, column in enumerate(table.T, start=1):
-                yield f"{full}({index})", column
-
-
-def _unread(value: Any) -> str:
-    """Return why a variable is no column; empty if it is some."""
-    if isinstance(value, str):
-        return "is text"
-    if isinstance(value, int | float | np.number) or getattr(value, "size", 2) == 1:
-        return "is a single number"
-    if not isinstance(value, np.ndarray) or value.dtype.kind not in "fiub" or not value.size:
-        return "is no numbers"
-    return "" if value.ndim in {1, 2} else f"has {value.ndim} dimensions"
-
-
-def _described(struct: Any) -> tuple[dict[str, str], dict[str, str]]:
-    """Return units and channels of the fields of a struct that an export wrote."""
-    units = getattr(struct, "units", None)
-    fields, channels = (np.atleast_1d(getattr(struct, n, [])) for n in ("fields", "channels"))
-    named = {n: u for n, u in vars(units).items() if isinstance(u, str)} if units else {}
-    return named, {str(f): str(c) for f, c in zip(fields, channels, strict=False)}
+    return MeasuredFile(format, columns, table.ignored, begun=table.begun, own=table.own)
 
 
 def _read_mcap(path: Path) -> MeasuredFile:

@@ -149,7 +149,7 @@ async def get_run_telemetry(
                     "schema": {
                         "type": "string",
                         "format": "binary",
-                        "description": "CSV, Parquet, MAT (level 5) or MCAP; docs/exchange.md",
+                        "description": "CSV, Parquet, MAT (level 5), NPZ or MCAP; docs/exchange.md",
                         "examples": [_EXAMPLE],
                     }
                 }

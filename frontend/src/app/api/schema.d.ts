@@ -7936,6 +7936,11 @@ export interface components {
              */
             ticks: number | null;
             /**
+             * Median Rate
+             * @description One over the median time between two samples of the file, Hz
+             */
+            median_rate: number | null;
+            /**
              * Jitter
              * @description Largest distance of a sample's time from equal steps, s
              */
@@ -7957,6 +7962,8 @@ export interface components {
              * @description Sample rate of the file, where another is kept
              */
             resampled: number | null;
+            /** @description Of two files: how the second came onto the time of the first */
+            merged?: components["schemas"]["Merged"] | null;
             /**
              * Derived
              * @description Channels that are computed from others
@@ -10000,6 +10007,56 @@ export interface components {
              * @description Worst peak of the sensitivity with it
              */
             Ms: number | null;
+        };
+        /**
+         * Merged
+         * @description How a second file came onto the time of the first: t = offset + (1 + drift) t of the second.
+         *
+         *     Half widths are of 95 % intervals, from white residuals; null where nothing was estimated.
+         */
+        Merged: {
+            /**
+             * Rows
+             * @description Rows of the second file
+             */
+            rows: number;
+            /**
+             * Samples
+             * @description Rows of the first file that the second one covers
+             */
+            samples: number;
+            /**
+             * Offset
+             * @description s
+             */
+            offset: number;
+            /**
+             * Offset Half Width
+             * @description s
+             */
+            offset_half_width: number | null;
+            /**
+             * Drift
+             * @description Clock of the first file over that of the second, less 1
+             */
+            drift: number;
+            /** Drift Half Width */
+            drift_half_width: number | null;
+            /**
+             * First
+             * @description Column of the first file that was aligned; empty where none
+             */
+            first: string;
+            /**
+             * Second
+             * @description Column of the second file
+             */
+            second: string;
+            /**
+             * Correlation
+             * @description Of the two, aligned
+             */
+            correlation: number | null;
         };
         /**
          * MetricEntry
