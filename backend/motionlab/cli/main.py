@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import gc
 import importlib
 import os
 import select
@@ -11,7 +12,7 @@ import shlex
 import sys
 import time
 import traceback
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from motionlab import __version__
 from motionlab.cli.messages import discard, plain_stdout, say, unbreakable_stderr
@@ -82,8 +83,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     int
         0 done, 1 the run failed, 2 bad input, 130 interrupted.
     """
-    with unbreakable_stderr(), plain_stdout():
+    with unbreakable_stderr(), plain_stdout(), _seldom_collecting():
         return _carry_out(arguments)
+
+
+@contextlib.contextmanager
+def _seldom_collecting() -> Iterator[None]:
+    """Collect garbage after 50,000 new objects: a short command makes most by its imports."""
+    thresholds = gc.get_threshold()
+    gc.set_threshold(50_000, *thresholds[1:])
+    try:
+        yield
+    finally:
+        gc.set_threshold(*thresholds)
 
 
 def _carry_out(arguments: Sequence[str] | None) -> int:
@@ -162,7 +174,8 @@ def _parser(words: Sequence[str] = ()) -> argparse.ArgumentParser:
     modules = _modules(words)
     for module in modules:
         place = module if "." in module else f"cli.{module}"
-        importlib.import_module(f"motionlab.{place}").add(commands)
+        first = words[:1] if module == "study" else ()
+        importlib.import_module(f"motionlab.{place}").add(commands, *first)
     if "study" in modules:
         importlib.import_module("motionlab.cli.study").add_own(commands)
     if {"study", "view"} & {*modules}:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import functools
-from collections.abc import Iterable
+from collections.abc import Sequence
 from typing import Any
 
 from motionlab.cli.output import add_overwrite, check_output, show, wrote
@@ -18,9 +18,18 @@ from motionlab.studies.study import Study
 from motionlab.studies.table import OWN, SHIPPED
 
 
-def add(commands: Any) -> None:
-    """Add a command for each study that has one."""
-    _add(commands, SHIPPED)
+def add(commands: Any, only: str = "") -> None:
+    """Add a command for each study that has one.
+
+    Parameters
+    ----------
+    commands : object
+        What they are added to.
+    only : str
+        First word of the command line: where it is one of them, the others get no options, some of
+        which come from requests whose modules take half a second to import.
+    """
+    _add(commands, SHIPPED, only)
 
 
 def add_own(commands: Any) -> None:
@@ -32,13 +41,14 @@ def add_own(commands: Any) -> None:
         if study.kind in commands.choices:
             file, loc = FILES[study.kind], "STUDY.kind"
             note(wrong(file, loc, "is the name of a command; choose another", study.kind), file)
-    _add(commands, [study for study in OWN if study.kind not in commands.choices])
+    _add(commands, [study for study in OWN if study.kind not in commands.choices], "")
 
 
-def _add(commands: Any, studies: Iterable[Study]) -> None:
-    for study in studies:
-        if study.command is None:
-            continue
+def _add(commands: Any, studies: Sequence[Study], only: str) -> None:
+    named = [study for study in studies if study.command is not None]
+    chosen = any(study.command is not None and study.command.name == only for study in named)
+    for study in named:
+        assert study.command is not None
         parser = commands.add_parser(
             study.command.name,
             help=study.command.help,
@@ -46,6 +56,8 @@ def _add(commands: Any, studies: Iterable[Study]) -> None:
             epilog=study.command.examples,
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
+        if chosen and study.command.name != only:
+            continue
         if study.command.scenario is not None:
             add_scenario(parser, study.command.scenario)
         if study.command.set is not None:

@@ -76,13 +76,13 @@ def merged(
     base = two.start - one.start
     if one.begun is not None and two.begun is not None:
         base = two.begun - one.begun
-    found, names = None, ("", "")
+    fit, names = None, ("", "")
     if options.offset is None:
-        found, names = _estimated(one, two, base, options)
-        offset, drift = found.offset, found.drift
-        if found.other is not None:
+        fit, names = _estimated(one, two, base, options)
+        offset, drift = fit.offset, fit.drift
+        if fit.other is not None:
             first.notes.append(
-                f"an offset of {found.other:.6g} s fits nearly as well: the motion repeats; check "
+                f"an offset of {fit.other:.6g} s fits nearly as well: the motion repeats; check "
                 "it, or give the offset"
             )
     else:
@@ -113,12 +113,12 @@ def merged(
         rows=len(two.times),
         samples=int(np.count_nonzero(inside)),
         offset=offset,
-        offset_half_width=_width(found and found.offset_half_width),
+        offset_half_width=_width(fit and fit.offset_half_width),
         drift=drift,
-        drift_half_width=_width(found and found.drift_half_width),
+        drift_half_width=_width(fit and fit.drift_half_width),
         first=names[0],
         second=names[1],
-        correlation=found and found.correlation,
+        correlation=fit and fit.correlation,
     )
     return first, about, replace(options, mapping=_left(one, two, options))
 
@@ -151,13 +151,13 @@ def _estimated(
             raise ConfigError(FieldError("align", "has too few numbers", column.header))
         record = Record(clocked.times[finite] + shift, factor * column.values[finite])
         pairs.append(record)
-    found = aligned(*pairs)
+    fit = aligned(*pairs)
     names = left.header, right.header
-    if found is None or found.correlation < _CORRELATION_LEAST:
-        largest = "" if found is None else f", the largest correlation is {found.correlation:.2f}"
+    if fit is None or fit.correlation < _CORRELATION_LEAST:
+        largest = "" if fit is None else f", the largest correlation is {fit.correlation:.2f}"
         message = f"{names[0]!r} and {names[1]!r} do not show one motion{largest}: name others, or "
         raise ConfigError(FieldError("align", f"{message}give the offset", options.align or None))
-    return found, names
+    return fit, names
 
 
 def _common(
@@ -187,15 +187,15 @@ def _named(one: _Clocked, two: _Clocked, align: str) -> tuple[FileColumn, FileCo
         left = right
     column = _column(one.file, left)
     if (other := _column(two.file, right)) is None and right.startswith("-"):
-        return _found(column, left), _found(_column(two.file, right[1:]), right[1:]), -1.0
-    return _found(column, left), _found(other, right), 1.0
+        return _required(column, left), _required(_column(two.file, right[1:]), right[1:]), -1.0
+    return _required(column, left), _required(other, right), 1.0
 
 
 def _column(file: MeasuredFile, name: str) -> FileColumn | None:
     return next((column for column in file.columns if column.header == name.strip()), None)
 
 
-def _found(column: FileColumn | None, name: str) -> FileColumn:
+def _required(column: FileColumn | None, name: str) -> FileColumn:
     if column is None:
         raise ConfigError(FieldError("align", "no column of that name", name, "COLUMN or A=B"))
     return column

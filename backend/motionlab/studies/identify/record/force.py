@@ -161,7 +161,7 @@ class RecordForce:
 
     def _followed(self, position: Array, force: Array, left_over: float) -> Array:
         """Return the currents of commanded forces at the samples, A, shape (3, n)."""
-        from scipy.signal import lfilter
+        from scipy.linalg import solve_banded  # as lfilter, without the second that signal loads
 
         controller, delay = self.experiment.rig.controller, self.experiment.delay
         config = self.experiment.rig.model(self.axis).force_map
@@ -169,8 +169,11 @@ class RecordForce:
         command = share_over(model, position=position, force=force).current
         acts = np.concatenate([np.repeat(command[:, :1], delay + 1, axis=1), command], axis=1)
         acts = acts[:, : command.shape[1]]
-        start = left_over * acts[:, :1]
-        return lfilter([1.0 - left_over], [1.0, -left_over], acts, axis=1, zi=start)[0]
+        # i(k) - left_over i(k - 1) = (1 - left_over) act(k), from i(-1) = act(0)
+        bands = np.array([[1.0], [-left_over]]).repeat(acts.shape[1], axis=1)
+        right = (1.0 - left_over) * acts
+        right[:, 0] += left_over * acts[:, 0]
+        return solve_banded((1, 0), bands, right.T).T
 
 
 def force_of(experiment: RecordExperiment, axis: str, columns: Columns) -> RecordForce:

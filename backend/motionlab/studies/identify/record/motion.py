@@ -114,13 +114,16 @@ def filtered(values: Array, kernel: Array, step: int = 1) -> Array:
     ndarray, shape (ceil(n/step),)
         Sample k is at ``values[k step]``.
     """
-    from scipy.signal import upfirdn
-
     reach = len(kernel) // 2
-    padded = np.concatenate([values, np.zeros(reach)])
-    whole = upfirdn(kernel, np.concatenate([np.zeros((-reach) % step), padded]), down=step)
-    first = (reach + (-reach) % step) // step
-    return whole[first : first + -(-len(values) // step)]
+    if step == 1:
+        return np.convolve(values, kernel)[reach : reach + len(values)]
+    count = -(-len(values) // step)
+    padded, backwards = np.pad(values, (reach, reach + step)), kernel[::-1]
+    result = np.zeros(count)
+    for phase in range(min(step, len(kernel))):  # every step-th sample with every step-th weight
+        weights = backwards[phase::step]
+        result += np.correlate(padded[phase::step][: count + len(weights) - 1], weights)
+    return result
 
 
 Mask = NDArray[np.bool_]
