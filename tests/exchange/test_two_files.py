@@ -20,16 +20,16 @@ from motionlab.exchange.measurements.two_files import merged
 OFFSET, DRIFT = 1.2345, 120e-6  # of the second clock
 
 
-def motion(t: NDArray[np.float64]) -> NDArray[np.float64]:
+def motion(t: NDArray[Any]) -> NDArray[Any]:
     """Return a motion that does not repeat."""
     return 0.01 * np.sin(2 * np.pi * (0.3 * t + 0.04 * t**2)) + 0.003 * np.sin(7.7 * t + 1)
 
 
-def force(t: NDArray[np.float64]) -> NDArray[np.float64]:
+def force(t: NDArray[Any]) -> NDArray[Any]:
     return 30.0 * np.tanh(40 * np.sin(1.3 * t)) + 5 * np.cos(3.1 * t)
 
 
-def second_clock(t: NDArray[np.float64]) -> NDArray[np.float64]:
+def second_clock(t: NDArray[Any]) -> NDArray[Any]:
     """Return what the second clock shows: t = OFFSET + (1 + DRIFT) t2."""
     return (t - OFFSET) / (1 + DRIFT)
 

@@ -16,7 +16,8 @@ _OVERLAP_LEAST = 16  # samples
 _ITERATIONS = 20
 _SETTLED = 1e-6  # of a sample, in one iteration
 _DRIFT_MAX = 0.02
-_NORMAL = 1.96  # standard deviations of a 95 % interval
+_BLOCKS = 20  # of a record, whose residuals are taken for independent
+_WIDE = 2.09  # standard errors of a 95 % interval, Student's t of 19 degrees of freedom
 
 
 class Record(NamedTuple):
@@ -35,7 +36,7 @@ class Alignment:
     offset, drift : float
         s, and dimensionless.
     offset_half_width, drift_half_width : float
-        Of 95 % intervals, from white residuals; NaN for a drift that was not told from 0.
+        Of 95 % intervals, by blocks of the record; NaN where no drift could be estimated.
     correlation : float
         Of both signals, aligned.
     other : float or None
@@ -54,8 +55,9 @@ def aligned(one: Record, two: Record) -> Alignment | None:
     """Estimate offset and drift between the clocks of two records of one signal.
 
     The offset of largest correlation, over all lags at which half of the shorter record is
-    covered, is refined by least squares of ``y1(t) = g y2((t - offset)/(1 + drift)) + c`` over
-    offset, drift, gain g and bias c; a drift within its 95 % interval of 0 is left out.
+    covered, is refined by Gauss-Newton on ``y1(t) = g y2((t - offset)/(1 + drift)) + c`` over
+    offset, drift, gain g and bias c, with the slopes of y1 as instruments (Söderström and Stoica,
+    Instrumental variable methods, 1983); a drift within its 95 % interval of 0 is left out.
 
     Parameters
     ----------
@@ -82,9 +84,14 @@ def aligned(one: Record, two: Record) -> Alignment | None:
     best = int(np.argmax(correlation))
     origin = float(a.times[0] - b.times[0])
     offset, other = origin + step * float(lags[best]), _other_peak(correlation, best)
-    fit = _fit(a, two, offset, drifting=True)
-    if fit is None or not abs(fit.drift) > fit.drift_half_width:
-        fit = _fit(a, two, offset, drifting=False)
+    fit, drifting = _fit(a, two, offset, drifting=False), _fit(a, two, offset, drifting=True)
+    if drifting is not None and (fit is None or abs(drifting.drift) > drifting.drift_half_width):
+        fit = drifting
+    elif drifting is not None and fit is not None:  # it may be there, and moves the offset
+        unsure = abs(float(two.times.mean())) * drifting.drift_half_width
+        width = float(np.hypot(fit.offset_half_width, unsure))
+        drift_width = drifting.drift_half_width
+        fit = replace(fit, offset_half_width=width, drift_half_width=drift_width)
     if fit is None or other is None:
         return fit
     return replace(fit, other=origin + step * float(lags[other]))
@@ -141,9 +148,14 @@ def _other_peak(correlation: Array, best: int) -> int | None:
 
 
 class _Step(NamedTuple):
-    """Least squares about some offset and drift: gain, bias, their changes, per gain."""
+    """Gain and bias about some offset and drift, and what these change by, times the gain.
+
+    Noise of the second record's slopes would make intervals too small: the slopes of the first,
+    whose noise is another, are the instruments.
+    """
 
     matrix: Array
+    instruments: Array
     solution: Array
     residual: Array
     correlation: float
@@ -158,7 +170,7 @@ def _fit(one: Record, two: Record, offset: float, *, drifting: bool) -> Alignmen
     centre, drift, step = offset + middle, 0.0, None
     for _ in range(_ITERATIONS):
         at = (one.times - centre) / (1.0 + drift)
-        step = _step(one.values, two, slopes, at + middle, drifting=drifting)
+        step = _step(one, two, slopes, at + middle, drifting=drifting)
         if step is None:
             return None
         moves = step.solution[2:] / step.solution[0]
@@ -170,35 +182,50 @@ def _fit(one: Record, two: Record, offset: float, *, drifting: bool) -> Alignmen
             break
     if step is None:
         return None
-    freedom = max(1, len(step.residual) - len(step.solution))
-    variance = float(step.residual @ step.residual) / freedom / float(step.solution[0]) ** 2
-    covariance = variance * np.linalg.pinv(step.matrix.T @ step.matrix)
+    covariance = _covariance(step) / float(step.solution[0]) ** 2
     # offset = centre - (1 + drift) middle
     weights = np.array([1.0, -middle] if drifting else [1.0])
     spread = float(weights @ covariance[2:, 2:] @ weights)
     return Alignment(
         offset=centre - (1.0 + drift) * middle,
         drift=drift,
-        offset_half_width=_NORMAL * float(np.sqrt(max(spread, 0.0))),
-        drift_half_width=_NORMAL * float(np.sqrt(covariance[3, 3])) if drifting else np.nan,
+        offset_half_width=_WIDE * float(np.sqrt(max(spread, 0.0))),
+        drift_half_width=_WIDE * float(np.sqrt(covariance[3, 3])) if drifting else np.nan,
         correlation=step.correlation,
     )
 
 
-def _step(values: Array, two: Record, slopes: Array, at: Array, *, drifting: bool) -> _Step | None:
+def _covariance(step: _Step) -> Array:
+    """Return the covariance of a solution: residuals are independent between blocks alone."""
+    count = min(_BLOCKS, len(step.residual) // _OVERLAP_LEAST)
+    scores = np.array_split(step.instruments * step.residual[:, None], max(2, count))
+    sums = np.stack([block.sum(axis=0) for block in scores])
+    bread = np.linalg.pinv(step.instruments.T @ step.matrix)
+    return bread @ (sums.T @ sums * len(sums) / (len(sums) - 1)) @ bread.T
+
+
+def _step(one: Record, two: Record, slopes: Array, at: Array, *, drifting: bool) -> _Step | None:
     """Solve for gain, bias and changes of the parameters; `at` are times of the second clock."""
     inside = (at >= two.times[0]) & (at <= two.times[-1])
     if np.count_nonzero(inside) < _OVERLAP_LEAST:
         return None
-    at, values = at[inside], values[inside]
+    at, values = at[inside], one.values[inside]
     model, slope = np.interp(at, two.times, two.values), np.interp(at, two.times, slopes)
-    columns = [model, np.ones_like(model), -slope]
-    if drifting:
-        columns.append(-slope * (at - 0.5 * (two.times[0] + two.times[-1])))
-    matrix = np.stack(columns, axis=1)
-    solution: Array
-    solution, _, rank, _ = np.linalg.lstsq(matrix, values, rcond=1e-12)  # pyright: ignore[reportAssignmentType]
-    if rank < len(columns) or solution[0] == 0.0:
+    other = np.gradient(one.values, one.times)[inside]
+    from_middle = at - 0.5 * (two.times[0] + two.times[-1])
+
+    def columns(slope: Array) -> Array:
+        drift = [-slope * from_middle] if drifting else []
+        return np.stack([model, np.ones_like(model), -slope, *drift], axis=1)
+
+    matrix, instruments = columns(slope), columns(other)
+    normal = instruments.T @ matrix
+    scale = np.sqrt(np.diag(matrix.T @ matrix) * np.diag(instruments.T @ instruments))
+    if not (scale > 0).all() or np.linalg.matrix_rank(normal / scale, tol=1e-9) < len(normal):
+        return None
+    solution = np.linalg.solve(normal, instruments.T @ values)
+    if solution[0] == 0.0:
         return None
     residual = values - matrix @ solution
-    return _Step(matrix, solution, residual, float(np.corrcoef(values, model)[0, 1]))
+    correlation = float(np.corrcoef(values, model)[0, 1])
+    return _Step(matrix, instruments, solution, residual, correlation)

@@ -60,7 +60,8 @@ class ImportedGap(BaseModel):
 class Merged(BaseModel):
     """How a second file came onto the time of the first: t = offset + (1 + drift) t of the second.
 
-    Half widths are of 95 % intervals, from white residuals; null where nothing was estimated.
+    Half widths are of 95 % intervals, by twenty blocks of the record; null where nothing was
+    estimated.
     """
 
     rows: int = Field(description="Rows of the second file")
