@@ -53,7 +53,8 @@ def files(tmp_path: Path) -> tuple[Path, Path]:
 
 def both(files: tuple[Path, Path], *mapping: str, **said: Any) -> tuple[Measurement, Merged]:
     options = ImportOptions(mapping=mapping, **said)
-    file, about, options = merged(*(read_file(path, options) for path in files), options)
+    first, second = (read_file(path, options) for path in files)
+    file, about, options = merged(first, second, options)
     return read_measurement(file, options), about
 
 

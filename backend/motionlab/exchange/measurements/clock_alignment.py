@@ -223,7 +223,7 @@ def _step(one: Record, two: Record, slopes: Array, at: Array, *, drifting: bool)
     scale = np.sqrt(np.diag(matrix.T @ matrix) * np.diag(instruments.T @ instruments))
     if not (scale > 0).all() or np.linalg.matrix_rank(normal / scale, tol=1e-9) < len(normal):
         return None
-    solution = np.linalg.solve(normal, instruments.T @ values)
+    solution = np.asarray(np.linalg.solve(normal, instruments.T @ values), dtype=np.float64)
     if solution[0] == 0.0:
         return None
     residual = values - matrix @ solution

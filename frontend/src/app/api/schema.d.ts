@@ -10012,7 +10012,8 @@ export interface components {
          * Merged
          * @description How a second file came onto the time of the first: t = offset + (1 + drift) t of the second.
          *
-         *     Half widths are of 95 % intervals, from white residuals; null where nothing was estimated.
+         *     Half widths are of 95 % intervals, by twenty blocks of the record; null where nothing was
+         *     estimated.
          */
         Merged: {
             /**
