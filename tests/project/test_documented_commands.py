@@ -64,7 +64,7 @@ ELSEWHERE = {
     r"motionlab drive .*": "needs a server with drives: tests/drive/plug/test_motion.py",
     r"motionlab identify --run .*": "needs a run of drives: tests/drive/test_against_simulation.py",
     r"\.venv/bin/python examples/drive_ab\.py": "tests/drive/plug/test_motion.py",
-    r"motionlab import (DATA_EMPS|idf_|\$ARM|a3MR).*": "files of others: "
+    r"(ARM=.*|motionlab import (DATA_EMPS|idf_|a3MR).*)": "files of others: "
     "tests/exchange/test_public_data.py",
     r"(motionlab|curl) .*\bminute\b.*": "needs a kept run: tests/studies/test_minute.py",
     r"motionlab run learnt\.toml .*": "needs what was learnt: tests/simulation/test_learnt.py",
