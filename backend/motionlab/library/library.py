@@ -11,9 +11,8 @@ import shutil
 import time
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from motionlab.analysis.latest_metrics import latest_metrics
 from motionlab.config.load import load_scenario
 from motionlab.config.named_configs import data_root
 from motionlab.errors import (
@@ -32,14 +31,13 @@ from motionlab.library.new_run import new_run
 from motionlab.library.quota import Room, quota
 from motionlab.library.run import NAME, Event, RunDetail, check_name, is_id
 from motionlab.library.run_name import run_name
-from motionlab.library.telemetry import recording as read_recording
-from motionlab.library.telemetry import reference_path
-from motionlab.simulation.prepare import Prepared, prepare
-from motionlab.simulation.result import metadata
 from motionlab.telemetry import recorder
 from motionlab.telemetry.parquet import column_descriptions
 from motionlab.telemetry.recording import Recording
 from motionlab.timing import CONTROL_PERIOD, to_ticks
+
+if TYPE_CHECKING:
+    from motionlab.simulation.prepare import Prepared
 
 UNDO_SECONDS = 600.0
 """Time for which a deleted run can be restored."""
@@ -164,6 +162,8 @@ class Library:
                 "thumbnail": thumbnail(recording, prepared.window),
             }
         )
+        from motionlab.simulation.result import metadata
+
         about = metadata(prepared.scenario)
         return self.keep_file(run, lambda part: recorder.write(recording, part, metadata=about))
 
@@ -351,11 +351,13 @@ class Library:
     ) -> RunDetail:
         from pyarrow import parquet
 
-        from motionlab.library.stability_margins import margins_of
-
         columns = column_descriptions(parquet.read_schema(part))
         run = run.model_copy(update={"ticks": ticks})
-        metrics = {**run.metrics, **headline(result), **margins_of(run)}
+        metrics = {**run.metrics, **headline(result)}
+        if run.scenario_document is not None:
+            from motionlab.library.stability_margins import margins_of
+
+            metrics |= margins_of(run)
         size = self.files.put(run.id, part)
         run = run.model_copy(
             update={
@@ -444,6 +446,12 @@ def _latest(
     the reference.
     """
     from pyarrow import parquet
+
+    # What records are measured with loads the compiler, which lists and imports do without.
+    from motionlab.analysis.latest_metrics import latest_metrics
+    from motionlab.library.telemetry import recording as read_recording
+    from motionlab.library.telemetry import reference_path
+    from motionlab.simulation.prepare import prepare
 
     prepared = prepare(load_scenario(run.scenario_document or {}), checked=True)
     period = prepared.reference.period

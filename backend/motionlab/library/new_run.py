@@ -8,7 +8,6 @@ from typing import Any
 from motionlab import __version__
 from motionlab.config.scenario import Scenario
 from motionlab.effects import SOURCES as EFFECT_SOURCES
-from motionlab.executors.code import processor
 from motionlab.kernel.force_maps import maps_of
 from motionlab.lanes import model_hash
 from motionlab.laws import SOURCES, before_of
@@ -36,6 +35,8 @@ def new_run(
     drive : str
         Title of the drive link that moves; empty for a simulation.
     """
+    from motionlab.executors.code import processor  # noqa: PLC0415 - loads the compiler
+
     run = RunDetail(
         id=new_id(),
         kind=kind,
