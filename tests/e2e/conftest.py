@@ -21,10 +21,12 @@ from playwright.sync_api import (
     ConsoleMessage,
     Error,
     Page,
-    TimeoutError as WaitedTooLong,
     ViewportSize,
     expect,
     sync_playwright,
+)
+from playwright.sync_api import (
+    TimeoutError as WaitedTooLong,
 )
 
 from tests.paths import ROOT

@@ -22,6 +22,7 @@ from motionlab.config.moves import (
     for_ever_field,
     laps_field,
 )
+from motionlab.config.multisine import Multisine
 from motionlab.config.quantity import Config, quantity
 from motionlab.config.samples import Samples
 from motionlab.config.shapes import Circle, Polygon, Sine, Star
@@ -42,7 +43,8 @@ Part = Annotated[
     | Star
     | Waypoints
     | DrawnPath
-    | Samples,
+    | Samples
+    | Multisine,
     Field(discriminator="kind"),
 ]
 """Any motion but a sequence."""
@@ -94,6 +96,7 @@ EXAMPLES: dict[str, str] = {
     "star": "circumradius = 0.03, frequency = 0.05",
     "waypoints": "points = [[0, 0], [0.02, 0], [0.02, 0.03]], v_max = 0.1, a_max = 2.0",
     "samples": "time = [0, 0.5, 1, 1.5], x = [0, 0.001, 0.004, 0.009], y = [0, 0, 0, 0]",
+    "multisine": "axis = 'y'",
     "path": "points = [[0, 0], [0.02, 0.02], [0.04, 0]], geometry = 'spline', lap_time = 2.0",
     "sequence": "parts = [{ kind = 'step', height = { x = 5e-6 } }, { kind = 'dwell' }]",
 }

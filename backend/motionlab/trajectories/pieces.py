@@ -21,6 +21,7 @@ from motionlab.config.moves import (
     Trapezoid,
     Waypoints,
 )
+from motionlab.config.multisine import Multisine
 from motionlab.config.planar import (
     PlanarAcceleration,
     PlanarAngle,
@@ -49,6 +50,7 @@ from motionlab.trajectories.motion import (
     trapezoidal_edge,
     whole_ticks,
 )
+from motionlab.trajectories.multisine import multisine_motion
 from motionlab.trajectories.path import Vector
 from motionlab.trajectories.sampled_motion import sampled_motion
 
@@ -124,6 +126,8 @@ def plan_motion(config: TrajectoryConfig) -> MotionPlan:  # noqa: PLR0911, PLR09
             return _drawn(config)
         case Samples():
             return MotionPlan([sampled_motion(config)])
+        case Multisine():
+            return MotionPlan([multisine_motion(config)])
         case Sequence():
             once = chain(plan_motion(part).pieces for part in config.parts)
             return _repeated(once, laps=config.laps)

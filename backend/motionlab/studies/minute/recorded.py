@@ -16,7 +16,7 @@ from motionlab.config.scenario import LoadConfig, Scenario
 from motionlab.errors import Busy, ConfigError, FieldError, Unknown
 from motionlab.library.columns import of_run
 from motionlab.library.library import library
-from motionlab.library.run import Event, RunDetail
+from motionlab.library.run import RunDetail
 from motionlab.studies.minute.documents import SECONDS_MAX, SECONDS_MIN, MinuteRequest
 from motionlab.timing import CONTROL_PERIOD, to_ticks
 from motionlab.trajectories.reference import Reference
@@ -135,12 +135,11 @@ def plan(request: MinuteRequest, source: object = None) -> MinutePlan:
         or without reversals.
     """
     run = _run(request)
-    document = run.scenario_document
-    if document is None:
+    if run.scenario_document is None:
         message = "is a measurement without controllers: only a run of the lab's own has them"
         raise ConfigError(FieldError("run", message, request.run))
     first, stop = _part(request, run)
-    then = _in_effect(load_scenario(_at(document, run.events, run.first_tick + first)), run, first)
+    then = scenario_at(run, first)
     now = load_scenario(_tables(then), request.set)
     variant = _variant(request.variant, run.variants, "variant", run.variants[0])
     letters = list(now.variants)
@@ -209,19 +208,17 @@ def _part(request: MinuteRequest, run: RunDetail) -> tuple[int, int]:
     return first, stop
 
 
-def _at(document: dict[str, Any], events: list[Event], tick: int) -> dict[str, Any]:
-    """Return a session's scenario with the changes that were in effect at a tick."""
-    tables: dict[str, Any] = dict(document)
-    for event in events:
+def scenario_at(run: RunDetail, first: int) -> Scenario:
+    """Return what was in effect at a sample of a run of the lab's own.
+
+    A session's changes until then have been made, and what a schedule had changed.
+    """
+    tick = run.first_tick + first
+    tables: dict[str, Any] = dict(run.scenario_document or {})
+    for event in run.events:
         if event.kind == "change" and event.tick <= tick:
             tables = apply_changes(tables, event.set)
-    return tables
-
-
-def _in_effect(scenario: Scenario, run: RunDetail, first: int) -> Scenario:
-    """Return what a schedule has in effect at the first sample."""
-    tick = run.first_tick + first
-    return [changed for begins, changed in epochs(scenario) if begins <= tick][-1]
+    return [changed for begins, changed in epochs(load_scenario(tables)) if begins <= tick][-1]
 
 
 def _tables(scenario: Scenario) -> dict[str, Any]:

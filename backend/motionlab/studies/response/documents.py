@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Self
+from typing import Annotated, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from motionlab.config.plant import OURS
 from motionlab.config.quantity import quantity, si
+from motionlab.library.run import ID as RUN_ID
 from motionlab.loop.margins import NYQUIST
 from motionlab.studies.loop.frequency_sweep import FrequencySweepDocument, LoopCurve
 from motionlab.studies.tune.documents import AxisRequest
@@ -56,11 +57,41 @@ class ResponseRequest(AxisRequest):
         default=60, ge=8, le=1000, description="Frequencies, evenly over their logarithm"
     )
     seed: int = Field(default=0, ge=0, description="Of the phases")
+    run: Annotated[str, Field(pattern=RUN_ID)] | None = Field(
+        default=None,
+        description="Kept run to estimate it from, in place of an experiment: one that followed a "
+        "`multisine`, or any other that was excited enough. Of a measurement, `scenario` has motor "
+        "and controllers; else they are the run's own",
+    )
+    start: float = quantity(
+        "Part of the run that is read, from", label="from", unit="s", source=OURS, default=0.0, ge=0
+    )
+    end: float | None = quantity(
+        "Until; left out: its end", label="to", unit="s", source=OURS, default=None, gt=0
+    )
+    position_column: str | None = Field(
+        default=None, max_length=200, description="Of a measurement: its column of the position"
+    )
+    force_column: str | None = Field(
+        default=None, max_length=200, description="Of a measurement: its column of the force"
+    )
+    excitation_column: str | None = Field(
+        default=None,
+        max_length=200,
+        description="Of a measurement: what excited the loop and does not depend on it, its "
+        "reference if left out and there is one; else the force, which feedback biases",
+    )
 
     @model_validator(mode="after")
     def _rises(self) -> Self:
         if self.high < 2.0 * self.low:
             raise ValueError(f"high must be at least twice low; got {self.high:g} and {self.low:g}")
+        if self.end is not None and self.end <= self.start:
+            raise ValueError(f"end must be after start; got {self.end:g} s and {self.start:g} s")
+        if self.run is None:
+            for name in ("position_column", "force_column", "excitation_column"):
+                if getattr(self, name) is not None:
+                    raise ValueError(f"{name} is of a run; name that as run")
         return self
 
 
@@ -99,6 +130,10 @@ class MeasuredResponse(FrequencySweepDocument):
         description="crossover, Hz, phase_margin, rad, gain_margin and gain_reduction: factors by "
         "which the gain may grow, and to which it may fall, before the loop is unstable"
     )
-    slides: int = Field(description="Slides to and fro, each with phases of its own")
-    periods: int = Field(description="Periods that were measured in each")
-    seconds: float = si("Time of all slides", "s")
+    run: str | None = Field(default=None, description="That was read; null of an experiment")
+    warnings: list[str] = Field(default=[], description="What a reader must know")
+    slides: int = Field(
+        description="Slides to and fro, each with phases of its own; 1 of a run with other motions"
+    )
+    periods: int = Field(description="Periods that were measured in each; 1 as before")
+    seconds: float = si("Time of all slides, or of what was read of the run", "s")

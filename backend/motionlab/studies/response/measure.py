@@ -38,9 +38,15 @@ from motionlab.studies.response.documents import (
 )
 from motionlab.studies.response.estimate import Estimate, Slides, estimate
 from motionlab.studies.response.margins import NAMES, intervals, measured_margins
-from motionlab.studies.response.multisine import Lines
+from motionlab.studies.response.recorded import (
+    RecordedEstimate,
+    RecordedPlan,
+    estimate_recorded,
+    plan_recorded,
+)
 from motionlab.studies.study import Source
 from motionlab.timing import CONTROL_PERIOD
+from motionlab.trajectories.multisine import Lines
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -98,15 +104,17 @@ class ResponsePlan:
         return self.slides * (ticks * CONTROL_PERIOD + EASE)
 
 
-def plan(request: ResponseRequest, source: Source | None = None) -> ResponsePlan:
-    """Return the slides of a measurement.
+def plan(request: ResponseRequest, source: Source | None = None) -> ResponsePlan | RecordedPlan:
+    """Return the slides of a measurement, or what is read of a run.
 
     Raises
     ------
     ConfigError
         If the stroke is too short for two periods at the velocity, or the time for the slides that
-        an interval takes; if the loop has no linearisation.
+        an interval takes; if the loop has no linearisation; as `plan_recorded`.
     """
+    if request.run is not None:
+        return plan_recorded(request, source)
     scenario = load_scenario(request.scenario if source is None else source, request.set)
     variant = request.chosen(scenario)
     plant = getattr(scenario.plant, request.axis)
@@ -140,7 +148,9 @@ def plan(request: ResponseRequest, source: Source | None = None) -> ResponsePlan
     return ResponsePlan(request, scenario, variant, loop, lines, velocity, periods, slides)
 
 
-def measure(planned: ResponsePlan, progress: Progress | None = None) -> MeasuredResponse:
+def measure(
+    planned: ResponsePlan | RecordedPlan, progress: Progress | None = None
+) -> MeasuredResponse:
     """Carry the slides out, and estimate the response.
 
     Parameters
@@ -155,6 +165,11 @@ def measure(planned: ResponsePlan, progress: Progress | None = None) -> Measured
     ConfigError
         If the loop diverges, or a force or current reaches its limit.
     """
+    if isinstance(planned, RecordedPlan):
+        measured = estimate_recorded(planned)
+        alike = planned.request.model_copy(update={"variant": planned.variant})
+        linearised = response(alike, planned.scenario, v=measured.velocity)
+        return _document(planned, measured, linearised, whole=True)
     linearised = response(planned.request, planned.scenario, v=planned.velocity)
     parts: list[_Part] = []
     for part in _slides(planned):
@@ -236,17 +251,44 @@ def _result(
     planned: ResponsePlan, parts: list[_Part], linearised: ResponseDocument
 ) -> MeasuredResponse:
     """Return the response after some slides; the intervals of margins after the last."""
-    request, loop, f = planned.request, planned.loop, planned.lines.frequency
     excitation, command, position, forward = (np.array(each) for each in zip(*parts, strict=True))
-    of_plant = estimate(Slides(excitation, command, position, forward))
+    return _document(
+        planned,
+        RecordedEstimate(
+            planned.lines.frequency,
+            estimate(Slides(excitation, command, position, forward)),
+            planned.loop,
+            planned.velocity,
+            len(parts),
+            planned.periods,
+            planned.seconds * len(parts) / planned.slides,
+        ),
+        linearised,
+        whole=len(parts) == planned.slides,
+    )
+
+
+def _document(
+    planned: ResponsePlan | RecordedPlan,
+    measured: RecordedEstimate,
+    linearised: ResponseDocument,
+    *,
+    whole: bool,
+) -> MeasuredResponse:
+    request, loop, f, of_plant = (
+        planned.request,
+        measured.loop,
+        measured.frequency,
+        measured.of_plant,
+    )
     controller = loop.controller.response(f)
     L, model = of_plant.response * controller, loop.open(f)
     spread = dict.fromkeys(NAMES)
-    if len(parts) == planned.slides:
+    if whole:
         spread = intervals(f, L, of_plant.deviation * np.abs(controller), request.seed)
     here, there = measured_margins(f, L), measured_margins(f, model)
     return MeasuredResponse(
-        **loop_table(request, planned.variant, planned.velocity, f, L),
+        **loop_table(request, planned.variant, measured.velocity, f, L),
         linearised=linearised,
         plant=_measured(of_plant),
         linearised_plant=loop_curve(loop.plant.response(f)),
@@ -254,9 +296,11 @@ def _result(
             name: MarginInterval(value=here[name], interval=spread[name], model=there[name])
             for name in NAMES
         },
-        slides=len(parts),
-        periods=planned.periods,
-        seconds=planned.seconds * len(parts) / planned.slides,
+        run=request.run,
+        slides=measured.slides,
+        periods=measured.periods,
+        seconds=measured.seconds,
+        warnings=list(measured.warnings),
     )
 
 

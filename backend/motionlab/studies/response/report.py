@@ -27,7 +27,10 @@ def report(result: MeasuredResponse) -> str:
     """Return margins with their intervals, and the plant at some frequencies."""
     lines = [
         f"{result.variant} {result.axis}, sliding at {1e3 * result.velocity:.3g} mm/s: "
-        f"{result.slides} slides of {result.periods} periods, {result.seconds:.3g} s",
+        + (f"run {result.run}, " if result.run else "")
+        + (f"{result.slides} slides of {result.periods} periods, " if result.slides > 1 else "")
+        + f"{result.seconds:.3g} s",
+        *(f"note: {each}" for each in result.warnings),
         "",
     ]
     rows = []

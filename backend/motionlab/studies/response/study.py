@@ -17,6 +17,7 @@ examples:
   motionlab response circle-resonant --axis y
   motionlab response circle --variant A --velocity 0.02 --seconds 120 --out plant.csv
   motionlab response circle-matched --force 4 --json
+  motionlab response --run 'rig 7' --axis y --force-column torque
 
 `motionlab docs response` has the method and what it reaches. POST /api/v1/response takes the same.
 """
@@ -65,5 +66,9 @@ class ResponseStudy(Study):
 
     def request_of(self, options: argparse.Namespace, changes: dict[str, Any]) -> dict[str, Any]:
         """Return the request of the options."""
+        if options.run is not None:
+            from motionlab.library.library import library
+
+            options.run = library().named(options.run, "--run")
         names = [name for name in self.request_model.model_fields if name not in _KNOWN]
         return super().request_of(options, changes) | set_options(options, *names)

@@ -1,0 +1,109 @@
+"""A frequency response from any record, by local polynomials.
+
+About each frequency the excitation's response and what the ends of the record leave are smooth over
+frequency, and so are fitted as polynomials over a narrow band of the record's own frequencies
+(the local polynomial method: Pintelon and Schoukens, System Identification, 2nd ed., chapter 7).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab.studies.response.estimate import Estimate
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+ORDER = 2
+BINS_MIN = 8
+"""Least frequencies of the record on either side: 17 for 6 unknowns."""
+_BAND = 0.015  # share of a frequency to which its band reaches on either side
+_MOST = 10.0
+"""Largest response of a position to its reference: what answers more was moved by something else,
+such as ripple over the pole pitch, which repeats with the motion."""
+
+
+@dataclass(frozen=True)
+class Signals:
+    """A record at a constant rate, all of shape (samples,).
+
+    Attributes
+    ----------
+    excitation : ndarray
+        What moves the loop and does not depend on it, such as its reference; the command where
+        there is none, whose estimate feedback biases where the coherence is low.
+    command, position : ndarray
+        N and m.
+    period : float
+        Between samples, s.
+    referred : bool
+        Whether `excitation` is the reference of the position.
+    """
+
+    excitation: Array
+    command: Array
+    position: Array
+    period: float
+    referred: bool
+
+
+def lines_between(low: float, high: float, count: int, signals: Signals) -> Array:
+    """Return frequencies evenly over their logarithm, Hz, about which a record has enough."""
+    df = 1.0 / (len(signals.position) * signals.period)
+    least = max(low, (BINS_MIN + 1) * df)
+    most = min(high, 0.5 / signals.period - (BINS_MIN + 1) * df)
+    if most <= least:
+        return np.empty(0)
+    bins = np.unique(np.round(np.geomspace(least, most, count) / df))
+    return np.asarray(bins * df, dtype=np.float64)
+
+
+def local_estimate(signals: Signals, frequency: Array) -> Estimate:
+    """Return the response from command to position at some frequencies of a record.
+
+    Parameters
+    ----------
+    signals : Signals
+        The record.
+    frequency : ndarray, shape (lines,)
+        Hz, of `lines_between`.
+    """
+    count = len(signals.position)
+    df = 1.0 / (count * signals.period)
+    R, U, Y = (
+        np.fft.rfft(each - each.mean()) * (2.0 / count)
+        for each in (signals.excitation, signals.command, signals.position)
+    )
+    most = _MOST if signals.referred else np.inf
+    lines = [_about(round(f / df), R, U, Y, most) for f in frequency]
+    response, deviation, coherence, free = (np.array(each) for each in zip(*lines, strict=True))
+    return Estimate(response, deviation, deviation, coherence, 2 * int(free.min()))
+
+
+def _about(
+    k: int, R: Complex, U: Complex, Y: Complex, most: float
+) -> tuple[complex, float, float, int]:
+    """Return response, deviation, coherence, and degrees of freedom about one bin."""
+    half = min(max(BINS_MIN, round(_BAND * k)), k - 1, len(Y) - 1 - k)
+    here = slice(k - half, k + half + 1)
+    powers = (np.arange(-half, half + 1) / half)[:, None] ** np.arange(ORDER + 1)
+    design = np.concatenate([R[here, None] * powers, powers], axis=1)
+    scale = np.abs(design).max(axis=0)
+    inverse = np.linalg.pinv(design / scale)
+    both = np.stack([U[here], Y[here]], axis=1)
+    rest = both - (design / scale) @ (inverse @ both)
+    G_u, G_y = (inverse @ both)[0] / scale[0]
+    free = 2 * half + 1 - design.shape[1]
+    if G_u == 0.0 or abs(G_y) > most:
+        return 0j, np.inf, 0.0, free
+    response = G_y / G_u
+    variance = float((np.abs(rest[:, 1] - response * rest[:, 0]) ** 2).sum() / free)
+    size = float((np.abs(inverse[0]) ** 2).sum()) / scale[0] ** 2
+    # By what of the excitation is not smooth over frequency: the ends of any motion are.
+    explained = float(np.abs(G_y) ** 2 / size / (2 * half + 1))
+    total = explained + variance
+    coherence = explained / total if total > 0.0 else 0.0
+    return complex(response), float(np.sqrt(variance * size) / np.abs(G_u)), coherence, free
