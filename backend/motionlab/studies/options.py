@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -72,16 +73,15 @@ def add_fields(parser: Any, model: type[BaseModel], known: set[str]) -> None:
         known.add(name)
         default = "" if field.default is None else f", default {field.default}"
         text = f"{field.description}{default}".replace("%", "%%")
+        add = partial(parser.add_argument, f"--{name.replace('_', '-')}", dest=name, help=text)
         if field.choices:
-            choices = [choice.value for choice in field.choices]
-            parser.add_argument(f"--{name}", choices=choices, help=text)
+            add(choices=[choice.value for choice in field.choices])
         elif field.whole:
-            parser.add_argument(f"--{name}", metavar="N", type=int, help=text)
+            add(metavar="N", type=int)
         elif float in kinds:
-            metavar = field.unit.upper() or "X"
-            parser.add_argument(f"--{name}", metavar=metavar, type=float, help=text)
+            add(metavar=field.unit.upper() or "X", type=float)
         elif str in kinds:
-            parser.add_argument(f"--{name}", metavar="TEXT", help=text)
+            add(metavar="TEXT")
 
 
 def source(options: argparse.Namespace) -> str | Path | dict[str, Any]:

@@ -13,6 +13,7 @@ from motionlab.studies.own import own_studies
 from motionlab.studies.platform import PlatformStudy
 from motionlab.studies.response.study import ResponseStudy
 from motionlab.studies.sensitivity.study import SensitivityStudy
+from motionlab.studies.shape.study import ShapeStudy
 from motionlab.studies.sharing.study import SharingStudy
 from motionlab.studies.sizing import SizingStudy
 from motionlab.studies.study import Study
@@ -32,6 +33,7 @@ SHIPPED: tuple[Study, ...] = (
     WhyStudy(),
     MinuteStudy(),
     ResponseStudy(),
+    ShapeStudy(),
     FrequencySweepStudy(),
     MapStudy(),
     SharingStudy(),

@@ -10,7 +10,7 @@ import numpy as np
 
 from motionlab.files import complete_file
 from motionlab.reports.tables import table
-from motionlab.studies.response.documents import MeasuredResponse
+from motionlab.studies.response.documents import MarginInterval, MeasuredResponse
 
 _ROWS = 16  # frequencies of the text
 _MARGINS: dict[str, tuple[str, Callable[[float], float]]] = {
@@ -33,18 +33,7 @@ def report(result: MeasuredResponse) -> str:
         *(f"note: {each}" for each in result.warnings),
         "",
     ]
-    rows = []
-    for name, (title, shown) in _MARGINS.items():
-        each = result.margins[name]
-        ends = None if each.interval is None else sorted(map(shown, each.interval))
-        rows.append(
-            [
-                title,
-                "none" if each.value is None else f"{shown(each.value):.3g}",
-                "-" if ends is None else " to ".join(f"{end:.3g}" for end in ends),
-                "none" if each.model is None else f"{shown(each.model):.3g}",
-            ]
-        )
+    rows = margin_rows(result.margins)
     lines += [table(("open loop", "measured", "95 %", "linearised"), rows, right=(1, 2, 3)), ""]
     plant, model = result.plant, result.linearised_plant
     count = len(result.frequency)
@@ -63,6 +52,23 @@ def report(result: MeasuredResponse) -> str:
     ]
     heads = [f"{head}, {unit}" for head, unit in zip(_HEADS, _UNITS, strict=True)]
     return "\n".join([*lines, table(heads, rows, right=tuple(range(len(heads))))])
+
+
+def margin_rows(margins: dict[str, MarginInterval]) -> list[list[str]]:
+    """Return each margin with its interval and what it is compared with."""
+    rows = []
+    for name, (title, shown) in _MARGINS.items():
+        each = margins[name]
+        ends = None if each.interval is None else sorted(map(shown, each.interval))
+        rows.append(
+            [
+                title,
+                "none" if each.value is None else f"{shown(each.value):.3g}",
+                "-" if ends is None else " to ".join(f"{end:.3g}" for end in ends),
+                "none" if each.model is None else f"{shown(each.model):.3g}",
+            ]
+        )
+    return rows
 
 
 def write(result: MeasuredResponse, path: str) -> None:

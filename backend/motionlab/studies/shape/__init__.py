@@ -1,0 +1,1 @@
+"""Loop shaping on a measured frequency response."""

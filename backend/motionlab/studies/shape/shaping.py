@@ -1,0 +1,299 @@
+"""Gains and filters on a measured plant, from the measurement to the check by a second one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab.config.scenario import Scenario
+from motionlab.errors import ConfigError, FieldError
+from motionlab.studies.loop.frequency_sweep import loop_curve
+from motionlab.studies.response.documents import MarginInterval, MeasuredResponse, ResponseRequest
+from motionlab.studies.response.margins import NAMES, intervals, measured_margins
+from motionlab.studies.response.measure import ResponsePlan, measure
+from motionlab.studies.response.measure import plan as plan_response
+from motionlab.studies.response.recorded import RecordedPlan
+from motionlab.studies.shape.controllers import (
+    Controllers,
+    Shape,
+    changes_of,
+    free_places,
+    present,
+)
+from motionlab.studies.shape.documents import (
+    ProposedFilter,
+    ShapeCheck,
+    ShapeDocument,
+    ShapeRequest,
+)
+from motionlab.studies.shape.resonances import significant
+from motionlab.studies.shape.search import Limits, Search
+from motionlab.studies.study import Source
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Progress = Callable[[float, ShapeDocument | None], None]
+
+_MEASURED, _SEARCHED = 0.4, 0.7  # shares of the work that are done
+_SHORT = 4
+_SAME = 0.01
+_OF_SHAPE = ("phase_margin", "gain_margin", "step", "filters", "second_run")
+_CERTAIN = 1.96
+
+
+@dataclass(frozen=True)
+class ShapePlan:
+    """A request that has passed every check.
+
+    Attributes
+    ----------
+    request : ShapeRequest
+        As validated.
+    source : object
+        The scenario as given.
+    response : ResponsePlan or RecordedPlan
+        Of the measurement.
+    second : RecordedPlan, optional
+        Of the run that checks.
+    """
+
+    request: ShapeRequest
+    source: Source | None
+    response: ResponsePlan | RecordedPlan
+    second: RecordedPlan | None
+
+    @property
+    def seconds(self) -> float:
+        """Simulated time of both experiments, s."""
+        return 2.0 * self.response.seconds
+
+
+def plan(request: ShapeRequest, source: Source | None = None) -> ShapePlan:
+    """Return the checked measurement on which the loop is shaped.
+
+    Raises
+    ------
+    ConfigError
+        As the response's plan; if the axis has no gains, or `second_run` stands alone.
+    """
+    if request.second_run is not None and request.run is None:
+        message = "checks what was measured in a run; name that as run"
+        raise ConfigError(FieldError("second_run", message, request.second_run))
+    first = plan_response(_of_response(request), source)
+    gains = getattr(first.scenario.variants[first.variant].controller, request.axis)
+    for name in ("k_p", "k_d"):
+        if getattr(gains, name) == 0.0:
+            place = f"variants.{first.variant}.controller.{request.axis}.{name}"
+            message = "must be above 0: its factor is searched"
+            raise ConfigError(FieldError(place, message, 0.0))
+    second = None
+    if request.second_run is not None:
+        other = _of_response(request).model_copy(
+            update={"run": request.second_run, "start": 0.0, "end": None}
+        )
+        second = plan_response(other, source)
+        assert isinstance(second, RecordedPlan)
+    return ShapePlan(request, source, first, second)
+
+
+def shape(planned: ShapePlan, progress: Progress | None = None) -> ShapeDocument:
+    """Measure, search, and check by a second measurement.
+
+    Parameters
+    ----------
+    planned : ShapePlan
+        From `plan`.
+    progress : callable, optional
+        Takes the share done and nothing; what it raises ends the work.
+
+    Raises
+    ------
+    ConfigError
+        As a measurement does.
+    """
+
+    def report(share: float) -> None:
+        if progress is not None:
+            progress(share, None)
+
+    request, first = planned.request, planned.response
+    measured = measure(first, lambda share, _: report(_MEASURED * share))
+    f, plant, deviation = arrays_of(measured)
+    controllers = Controllers(first.scenario, first.variant, request.axis, measured.velocity, f)
+    before = present(controllers.config, request.axis)
+    search = Search(
+        controllers,
+        plant,
+        deviation,
+        before,
+        Limits(
+            request.phase_margin,
+            10.0 ** (request.gain_margin / 20.0),
+            request.step,
+            request.filters,
+        ),
+        progress=lambda share: report(_MEASURED + (_SEARCHED - _MEASURED) * share),
+    )
+    peaks = significant(f, np.abs(plant), _CERTAIN * deviation / np.abs(plant))
+    rounds = search.best(peaks, free_places(controllers.config, request.axis))
+    proposed, compliance = rounds[-1]
+    better = compliance < 0.0 or (math.isfinite(compliance) and not search.keeps(before))
+    after = rounded(proposed) if better else before
+    L = search.open(after)
+    size = np.abs(controllers.response(after))
+    spread = intervals(f, L, deviation * size, request.seed)
+    here, there = measured_margins(f, L), measured_margins(f, search.open(before))
+    changes = changes_of(first.variant, request.axis, before, after) if better else {}
+    costs = [cost for _, cost in rounds]
+    document = ShapeDocument(
+        response=measured,
+        resonances=peaks,
+        filters=[
+            ProposedFilter(
+                kind=each.kind,
+                place=each.place,
+                values=each.values,
+                reason=each.reason,
+                gain=_short(_finite(costs[k]) - costs[k + 1]),
+            )
+            for k, each in enumerate(after.filters)
+        ],
+        changes=changes,
+        before=_numbers(before),
+        after=_numbers(after),
+        margins={
+            name: MarginInterval(value=here[name], interval=spread[name], model=there[name])
+            for name in NAMES
+        },
+        open=loop_curve(L),
+        compliance=_short(search.stiffer(after)),
+        notes=_notes(planned, search, before, after, better=better),
+        check=None,
+    )
+    report(_SEARCHED)
+    if not changes:
+        return document
+    return document.model_copy(update={"check": _check(planned, document, report)})
+
+
+def arrays_of(measured: MeasuredResponse) -> tuple[Array, Complex, Array]:
+    """Return frequencies, the plant, and its deviation as a complex number, of a document."""
+    magnitude = np.array(measured.plant.magnitude)
+    plant = magnitude * np.exp(1j * np.array(measured.plant.phase))
+    deviation = np.array(measured.plant.interval) * magnitude * np.sqrt(2.0) / _CERTAIN
+    return np.array(measured.frequency), plant, deviation
+
+
+def rounded(shape: Shape) -> Shape:
+    """Return a shape to four digits, as it is written into changes."""
+    return shape.with_numbers(np.log([_short(each) for each in np.exp(shape.numbers)]))
+
+
+def _of_response(request: ShapeRequest) -> ResponseRequest:
+    return ResponseRequest.model_validate(request.model_dump(exclude=set(_OF_SHAPE)))
+
+
+def _numbers(shape: Shape) -> dict[str, float]:
+    numbers = {"k_p": _short(shape.k_p), "k_d": _short(shape.k_d)}
+    return numbers | ({"bandwidth": _short(shape.bandwidth)} if shape.bandwidth > 0.0 else {})
+
+
+def _notes(
+    planned: ShapePlan, search: Search, before: Shape, after: Shape, *, better: bool
+) -> list[str]:
+    notes = []
+    if not better:
+        notes.append("nothing within the limits is stiffer than what was measured")
+    if not search.keeps(before):
+        notes.append("the loop that was measured does not keep the requested margins itself")
+    step = planned.request.step
+    near = [
+        name
+        for name, value in _numbers(after).items()
+        if abs(abs(math.log(value / _numbers(before)[name])) - math.log(step)) < _SAME
+    ]
+    if near:
+        notes.append(
+            f"{' and '.join(near)} went as far as the step of {step:g} allows: measure again with "
+            "these values, and shape on that"
+        )
+    return notes
+
+
+def _check(
+    planned: ShapePlan, document: ShapeDocument, report: Callable[[float], None]
+) -> ShapeCheck | None:
+    """Return what a second measurement shows of the proposal; None until there is one."""
+    request, first, second = planned.request, planned.response, planned.second
+    if isinstance(first, RecordedPlan) and second is None:
+        return None
+    if second is None:
+        again = _of_response(request)
+        again = again.model_copy(
+            update={"set": again.set | document.changes, "seed": request.seed + 1}
+        )
+        measured = measure(
+            plan_response(again, planned.source),
+            lambda share, _: report(_SEARCHED + (1.0 - _SEARCHED) * share),
+        )
+        different: list[str] = []
+    else:
+        measured = measure(second)
+        different = _differences(second.scenario, document.changes)
+    margins = {
+        name: each.model_copy(update={"model": document.margins[name].value})
+        for name, each in measured.margins.items()
+    }
+    missed = _missed(request, margins)
+    if different:
+        text = "the run's controller is not the proposed one: " + "; ".join(different)
+    elif missed:
+        text = "does not keep the margins: " + "; ".join(missed)
+    else:
+        text = "a second measurement keeps the margins"
+    return ShapeCheck(
+        margins=margins,
+        open=measured.open,
+        frequency=measured.frequency,
+        holds=not missed and not different,
+        text=text,
+    )
+
+
+def _missed(request: ShapeRequest, margins: dict[str, MarginInterval]) -> list[str]:
+    missed = []
+    phase = margins["phase_margin"].value
+    if phase is not None and phase < request.phase_margin:
+        missed.append(
+            f"phase margin {math.degrees(phase):.3g} of {math.degrees(request.phase_margin):.3g} deg"
+        )
+    for name, title in (("gain_margin", "up"), ("gain_reduction", "down")):
+        gain = margins[name].value
+        if gain is not None and (dB := abs(20.0 * math.log10(gain))) < request.gain_margin:
+            missed.append(f"gain margin {title} {dB:.3g} of {request.gain_margin:.3g} dB")
+    return missed
+
+
+def _differences(scenario: Scenario, changes: dict[str, Any]) -> list[str]:
+    document = scenario.model_dump(mode="json")
+    different = []
+    for path, value in changes.items():
+        there: Any = document
+        for key in path.split("."):
+            there = there.get(key) if isinstance(there, dict) else None
+        if not isinstance(there, (int, float)) or abs(there - value) > _SAME * abs(value):
+            different.append(f"{path} is {there}, proposed {value:g}")
+    return different
+
+
+def _finite(value: float) -> float:
+    return value if math.isfinite(value) else 0.0
+
+
+def _short(value: float) -> float:
+    return float(f"{value:.{_SHORT}g}")
