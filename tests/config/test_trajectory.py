@@ -61,6 +61,11 @@ time = [0.0, 0.1, 0.2]
 x = [0, 0.001, 0.004]
 y = [0, 0, 0]
 [[motion]]
+kind = "multisine"
+axis = "y"
+velocity = 0.0432
+slides = 6
+[[motion]]
 kind = "path"
 points = [[0, 0], [0.01, 0.02], [0.03, -0.01]]
 closed = true

@@ -56,6 +56,7 @@ def test_every_accepted_job_is_of_one_kind(document: dict[str, Any]) -> None:
         "montecarlo": "monte-carlo",
         "reproduce": "reproduce",
         "response": "response",
+        "shape": "shape",
         "sensitivity": "sensitivity",
         "tune": "tune",
         "landscape": "landscape",

@@ -14,11 +14,15 @@ from pydantic import ValidationError
 from motionlab.cli.main import main
 from motionlab.config.load import load_scenario
 from motionlab.errors import ConfigError
+from motionlab.library.library import library
+from motionlab.simulation.prepare import prepare
+from motionlab.simulation.run import run
+from motionlab.studies.response import recorded
 from motionlab.studies.response.documents import MeasuredResponse, ResponseRequest
 from motionlab.studies.response.estimate import Slides, estimate
 from motionlab.studies.response.margins import intervals, measured_margins
 from motionlab.studies.response.measure import measure, plan
-from motionlab.studies.response.multisine import Lines
+from motionlab.trajectories.multisine import Lines
 
 SHORT = {"seconds": 30.0, "lines": 40}
 
@@ -149,3 +153,121 @@ def test_the_command_prints_margins_and_writes_curves(
     assert json.loads(capsys.readouterr().out)["slides"] >= 5
     with pytest.raises(ConfigError):
         plan(ResponseRequest(scenario="circle", set={"plant.x.mass": -1.0}))
+
+
+def kept(changes: dict[str, Any], name: str = "circle-resonant") -> str:
+    prepared = prepare(load_scenario(name, changes))
+    return library().keep(prepared, run(prepared), {}, name="shaken").id
+
+
+@pytest.fixture(scope="module")
+def shaken() -> str:
+    """A run that followed a multisine on y."""
+    return kept({"trajectory": {"kind": "multisine", "axis": "y", "velocity": 0.0432}})
+
+
+def test_a_run_of_a_multisine_tells_what_an_experiment_does(shaken: str) -> None:
+    of_run = found(run=shaken, axis="y", variant="B", seconds=60.0)
+    of_experiment = found(scenario="circle-resonant", axis="y", variant="B", seconds=60.0)
+    assert of_run.run == shaken
+    assert of_run.slides == 14
+    for name in ("crossover", "phase_margin", "gain_margin"):
+        here, there = of_run.margins[name].value, of_experiment.margins[name].value
+        assert here == pytest.approx(there, rel=0.06)
+    assert min(of_run.plant.coherence[10:]) > 0.95
+
+
+def test_without_its_slides_a_record_tells_the_same(
+    shaken: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    of_slides = found(run=shaken, axis="y", variant="B")
+    monkeypatch.setattr(recorded, "_slides_within", lambda *_: ())
+    of_any = found(run=shaken, axis="y", variant="B", lines=60)
+    assert of_any.slides == 1
+    f = np.log(of_any.frequency)
+    there = np.interp(f, np.log(of_slides.frequency), np.log(of_slides.plant.magnitude))
+    sure = (np.array(of_any.plant.interval) < 0.1) & (np.abs(f - np.log(160.0)) > 0.3)
+    assert sure.sum() > 15
+    off = np.abs(np.log(of_any.plant.magnitude) - there)[sure]
+    assert np.median(off) < 0.02
+    assert np.quantile(off, 0.8) < 0.1
+
+
+def test_a_part_of_a_run_has_fewer_slides(shaken: str) -> None:
+    part = found(run=shaken, axis="y", start=5.0, end=30.0)
+    assert part.slides == 8
+    assert part.seconds == pytest.approx(25.0)
+
+
+def rig(path: Path) -> tuple[np.ndarray[Any, Any], ...]:
+    """Write a second of nothing and 19 of a mass of 8 kg with friction, at 1 kHz, under PD."""
+    rng = np.random.default_rng(3)
+    T, n, M, c = 1e-3, 20_000, 8.0, 30.0
+    t = np.arange(n) * T
+    r = 0.02 * np.sin(2.0 * np.pi * 0.2 * t) + 3e-6 * rng.standard_normal(n)
+    position, force = np.empty(n), np.empty(n)
+    p = v = last = 0.0
+    for k in range(n):
+        position[k] = round(p / 5e-8) * 5e-8
+        e = r[k] - position[k]
+        force[k] = 3e5 * e + 1.2e3 * (e - last) / T
+        last = e
+        for _ in range(5):
+            v += 0.2 * T * (force[k] - c * v - 2.0 * np.tanh(v / 1e-4)) / M
+            p += 0.2 * T * v
+    rows = np.column_stack([t, 1e3 * r, 1e3 * position, force])
+    head = "time [s],setpoint [mm],position [mm],force [N]"
+    np.savetxt(path, rows, delimiter=",", header=head, comments="", fmt="%.10g")
+    f = np.geomspace(20.0, 300.0, 40)
+    z = np.exp(2j * np.pi * f * T)
+    a = np.exp(-c * T / M)  # a mass with viscous friction, held over a period
+    b_1, b_2 = M / c**2 * (c * T / M - 1 + a), M / c**2 * (1 - a - c * T / M * a)
+    return f, (b_1 * z + b_2) / ((z - 1.0) * (z - a))
+
+
+def test_a_measurement_of_a_machine_tells_its_response(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    f, true = rig(tmp_path / "rig.csv")
+    assert main(["import", str(tmp_path / "rig.csv"), "--name", "rig of a response"]) == 0
+    command = ["response", "--run", "rig of a response", "--axis", "x", "--json"]
+    capsys.readouterr()
+    assert main([*command, "--excitation-column", "setpoint"]) == 0
+    document = MeasuredResponse.model_validate_json(capsys.readouterr().out)
+    here = (np.array(document.frequency) > 20.0) & (np.array(document.frequency) < 300.0)
+    at = np.log(np.array(document.frequency)[here])
+    magnitude = np.exp(np.interp(at, np.log(f), np.log(np.abs(true))))
+    ratio = np.array(document.plant.magnitude)[here] / magnitude
+    assert here.sum() > 15
+    assert np.abs(20.0 * np.log10(ratio)).max() < 0.6
+    assert document.warnings == []
+    assert main(command) == 0  # the setpoint is not used: it has no channel's name
+    direct = MeasuredResponse.model_validate_json(capsys.readouterr().out)
+    assert "feedback" in direct.warnings[0]
+
+
+@pytest.mark.parametrize(
+    ("request_", "word"),
+    [
+        ({"run": "r-aaaaaaaaaaaa"}, "run"),
+        ({"variant": "C"}, "no variant of the run"),
+        ({"start": 100.0}, "leaves nothing"),
+        ({"end": 10.0}, "too few whole slides"),
+    ],
+)
+def test_a_run_that_cannot_tell_is_refused(
+    shaken: str, request_: dict[str, Any], word: str
+) -> None:
+    with pytest.raises(ConfigError, match=word):
+        found(**({"run": shaken, "axis": "y"} | request_))
+
+
+def test_a_circle_does_not_excite_enough() -> None:
+    plain = kept({}, "circle-matched")
+    with pytest.raises(ConfigError, match="not exciting enough"):
+        found(run=plain, axis="y", variant="B")
+
+
+def test_columns_are_of_a_run() -> None:
+    with pytest.raises(ValidationError, match="name that as run"):
+        ResponseRequest.model_validate({"force_column": "F"})

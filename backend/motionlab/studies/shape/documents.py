@@ -17,7 +17,11 @@ class ShapeRequest(ResponseRequest):
     """Request of gains and filters on a measured plant; how it is measured is a response's."""
 
     lines: int = Field(
-        default=120, ge=8, le=1000, description="Frequencies, evenly over their logarithm"
+        default=300,
+        ge=8,
+        le=1000,
+        description="Frequencies, evenly over their logarithm where whole cycles of the period lie "
+        "so close: a mode between two of them is not seen",
     )
     phase_margin: float = quantity(
         "Least phase margin, at the lower end of its interval",
@@ -29,12 +33,12 @@ class ShapeRequest(ResponseRequest):
         le=1.5,
     )
     gain_margin: float = quantity(
-        "Least gain margins, up and down, at the nearer end of their intervals",
-        unit="dB",
-        source=OURS,
-        default=6.0,
-        ge=1,
-        le=40,
+        "Least factor by which the gain may grow, or fall, at the nearer end of its interval",
+        unit="1",
+        source=f"{OURS}: 6 dB",
+        default=2.0,
+        gt=1,
+        le=100,
     )
     step: float = quantity(
         "Largest factor by which a gain or the observer's bandwidth may change, either way",
@@ -67,6 +71,7 @@ class Resonance(BaseModel):
         description="The same at the lower end of the 95 % interval, dB",
         json_schema_extra={"unit": "dB"},
     )
+    resolved: bool = Field(description="Whether the frequencies lie close enough to have its top")
 
 
 class ProposedFilter(BaseModel):
@@ -84,7 +89,9 @@ class ProposedFilter(BaseModel):
 class ShapeCheck(BaseModel):
     """The second measurement, with what was proposed."""
 
-    margins: dict[str, MarginInterval] = Field(description="As measured; `model` is as predicted")
+    margins: dict[str, MarginInterval] = Field(
+        description="As measured; `model` is as predicted. Nothing where it could not be measured"
+    )
     open: LoopCurve = Field(description="L as measured")
     frequency: list[float] = Field(description="Hz", json_schema_extra={"unit": "Hz"})
     holds: bool = Field(description="Whether every margin is at least what was requested")
@@ -108,7 +115,12 @@ class ShapeDocument(BaseModel):
     margins: dict[str, MarginInterval] = Field(
         description="Of the proposed loop on the measured plant; `model` is before"
     )
-    open: LoopCurve = Field(description="L as proposed, at the response's frequencies")
+    frequency: list[float] = Field(
+        description="Frequencies of the response whose interval is within 50 %, Hz: only these "
+        "were shaped on",
+        json_schema_extra={"unit": "Hz"},
+    )
+    open: LoopCurve = Field(description="L as proposed, at these frequencies")
     compliance: float = Field(
         description="Mean of abs(P/(1 + L)) below the crossover before, after over before, dB: "
         "negative is stiffer",

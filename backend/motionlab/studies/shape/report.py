@@ -47,7 +47,9 @@ def report(result: ShapeDocument) -> str:
     check = result.check
     if check is not None:
         heads = ("second measurement", "measured", "95 %", "proposed")
-        lines += ["", table(heads, margin_rows(check.margins), right=(1, 2, 3)), "", check.text]
+        if check.margins:
+            lines += ["", table(heads, margin_rows(check.margins), right=(1, 2, 3))]
+        lines += ["", check.text]
     elif result.changes:
         lines.append("not checked: record a second run with these values, and name it --second-run")
     if result.changes:

@@ -11,6 +11,7 @@ Array = NDArray[np.float64]
 
 HEIGHT = 3.0
 """Least height over the neighbourhood at the lower end of the interval, dB."""
+_RESOLVED = 0.35  # 3 dB as a logarithm: what a top may stand above the frequencies beside it
 _NEIGHBOURHOOD = 2.5  # a factor in frequency to either side
 
 
@@ -52,6 +53,7 @@ def significant(frequency: Array, magnitude: Array, half_width: Array) -> list[R
                     frequency=float(frequency[k]),
                     height=float(f"{height[k]:.3g}"),
                     least=float(f"{least[k]:.3g}"),
+                    resolved=bool(flat[k] - max(flat[k - 1], flat[k + 1]) < _RESOLVED),
                 )
             )
     return sorted(peaks, key=lambda each: each.frequency)

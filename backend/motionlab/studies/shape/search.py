@@ -133,13 +133,15 @@ class Search:
     ) -> list[AddedFilter]:
         """Return the filters that may be added: against each resonance once, one of other kinds."""
         there = {each.reason for each in shape.filters}
+        # No narrower than what the measurement has seen between two frequencies.
+        apart = float(np.median(np.diff(np.log(self._controllers.frequency))))
         candidates = []
         for each in resonances:
             f = each.frequency
             if f > FREQUENCY_MAX / 1.1:
                 continue
             reason = f"resonance at {f:.4g} Hz, {each.height:g} dB above its neighbourhood"
-            limits = ((f / 1.1, f * 1.1), (0.05, 1.5), (0.03, 0.9))
+            limits = ((f / 1.1, f * 1.1), (max(0.05, apart), 1.5), (0.03, 0.9))
             candidates.append(AddedFilter("notch", place, (f, 0.4, 0.15), reason, limits))
         if place != "notch":
             top = min(FREQUENCY_MAX, float(self._controllers.frequency[-1]))
@@ -177,14 +179,14 @@ class Search:
             for k in range(len(x)):
                 wide = 0.3 if x[k] + 0.3 <= bounds[k, 1] else -0.3
                 simplex[k + 1, k] = np.clip(x[k] + wide, *bounds[k])
-            found = minimize(
+            ended = minimize(
                 lambda numbers: self._cost(start.with_numbers(numbers)),
                 x,
                 method="Nelder-Mead",
                 bounds=bounds,
                 options={"maxfev": _EVALUATIONS, "initial_simplex": simplex, "xatol": 1e-3},
             )
-            results.append(start.with_numbers(np.clip(found.x, bounds[:, 0], bounds[:, 1])))
+            results.append(start.with_numbers(np.clip(ended.x, bounds[:, 0], bounds[:, 1])))
         kept = [each for each in results if self.keeps(each)]
         if not kept:
             return start, math.inf

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError, FieldError
-from motionlab.studies.loop.frequency_sweep import loop_curve
+from motionlab.studies.loop.frequency_sweep import LoopCurve, loop_curve
 from motionlab.studies.response.documents import MarginInterval, MeasuredResponse, ResponseRequest
 from motionlab.studies.response.margins import NAMES, intervals, measured_margins
 from motionlab.studies.response.measure import ResponsePlan, measure
@@ -27,6 +27,7 @@ from motionlab.studies.shape.controllers import (
 )
 from motionlab.studies.shape.documents import (
     ProposedFilter,
+    Resonance,
     ShapeCheck,
     ShapeDocument,
     ShapeRequest,
@@ -41,6 +42,7 @@ Progress = Callable[[float, ShapeDocument | None], None]
 
 _MEASURED, _SEARCHED = 0.4, 0.7  # shares of the work that are done
 _SHORT = 4
+_SURE, _LINES_MIN = 0.5, 12
 _SAME = 0.01
 _OF_SHAPE = ("phase_margin", "gain_margin", "step", "filters", "second_run")
 _CERTAIN = 1.96
@@ -123,7 +125,18 @@ def shape(planned: ShapePlan, progress: Progress | None = None) -> ShapeDocument
 
     request, first = planned.request, planned.response
     measured = measure(first, lambda share, _: report(_MEASURED * share))
-    f, plant, deviation = arrays_of(measured)
+    frequency, plant, deviation = arrays_of(measured)
+    sure = _CERTAIN * deviation <= _SURE * np.abs(plant)
+    if sure.sum() < _LINES_MIN:
+        raise ConfigError(
+            FieldError(
+                "run" if request.run else "force",
+                f"leaves too few frequencies whose interval is within {100 * _SURE:g} %",
+                int(sure.sum()),
+                f">= {_LINES_MIN}",
+            )
+        )
+    f, plant, deviation = frequency[sure], plant[sure], deviation[sure]
     controllers = Controllers(first.scenario, first.variant, request.axis, measured.velocity, f)
     before = present(controllers.config, request.axis)
     search = Search(
@@ -133,7 +146,7 @@ def shape(planned: ShapePlan, progress: Progress | None = None) -> ShapeDocument
         before,
         Limits(
             request.phase_margin,
-            10.0 ** (request.gain_margin / 20.0),
+            request.gain_margin,
             request.step,
             request.filters,
         ),
@@ -170,9 +183,10 @@ def shape(planned: ShapePlan, progress: Progress | None = None) -> ShapeDocument
             name: MarginInterval(value=here[name], interval=spread[name], model=there[name])
             for name in NAMES
         },
+        frequency=f.tolist(),
         open=loop_curve(L),
         compliance=_short(search.stiffer(after)),
-        notes=_notes(planned, search, before, after, better=better),
+        notes=_notes(planned, search, peaks, after, better=better),
         check=None,
     )
     report(_SEARCHED)
@@ -204,13 +218,22 @@ def _numbers(shape: Shape) -> dict[str, float]:
 
 
 def _notes(
-    planned: ShapePlan, search: Search, before: Shape, after: Shape, *, better: bool
+    planned: ShapePlan, search: Search, peaks: list[Resonance], after: Shape, *, better: bool
 ) -> list[str]:
-    notes = []
+    before = search.before
+    notes = [
+        f"the top of the resonance at {each.frequency:.4g} Hz may lie between two frequencies: "
+        "measure with more lines"
+        for each in peaks
+        if not each.resolved
+    ]
     if not better:
         notes.append("nothing within the limits is stiffer than what was measured")
     if not search.keeps(before):
-        notes.append("the loop that was measured does not keep the requested margins itself")
+        notes.append(
+            "the loop that was measured does not keep the requested margins itself, at the worst of "
+            "its intervals"
+        )
     step = planned.request.step
     near = [
         name
@@ -237,10 +260,20 @@ def _check(
         again = again.model_copy(
             update={"set": again.set | document.changes, "seed": request.seed + 1}
         )
-        measured = measure(
-            plan_response(again, planned.source),
-            lambda share, _: report(_SEARCHED + (1.0 - _SEARCHED) * share),
-        )
+        try:
+            measured = measure(
+                plan_response(again, planned.source),
+                lambda share, _: report(_SEARCHED + (1.0 - _SEARCHED) * share),
+            )
+        except ConfigError as error:
+            text = f"the loop as proposed could not be measured: {error}"
+            return ShapeCheck(
+                margins={},
+                open=LoopCurve(magnitude=[], phase=[]),
+                frequency=[],
+                holds=False,
+                text=text,
+            )
         different: list[str] = []
     else:
         measured = measure(second)
@@ -269,13 +302,13 @@ def _missed(request: ShapeRequest, margins: dict[str, MarginInterval]) -> list[s
     missed = []
     phase = margins["phase_margin"].value
     if phase is not None and phase < request.phase_margin:
-        missed.append(
-            f"phase margin {math.degrees(phase):.3g} of {math.degrees(request.phase_margin):.3g} deg"
-        )
+        bound = math.degrees(request.phase_margin)
+        missed.append(f"phase margin {math.degrees(phase):.3g} of {bound:.3g} deg")
+    least = _decibels(request.gain_margin)
     for name, title in (("gain_margin", "up"), ("gain_reduction", "down")):
         gain = margins[name].value
-        if gain is not None and (dB := abs(20.0 * math.log10(gain))) < request.gain_margin:
-            missed.append(f"gain margin {title} {dB:.3g} of {request.gain_margin:.3g} dB")
+        if gain is not None and (here := abs(_decibels(gain))) < least:
+            missed.append(f"gain margin {title} {here:.3g} of {least:.3g} dB")
     return missed
 
 
@@ -289,6 +322,10 @@ def _differences(scenario: Scenario, changes: dict[str, Any]) -> list[str]:
         if not isinstance(there, (int, float)) or abs(there - value) > _SAME * abs(value):
             different.append(f"{path} is {there}, proposed {value:g}")
     return different
+
+
+def _decibels(factor: float) -> float:
+    return 20.0 * math.log10(factor)
 
 
 def _finite(value: float) -> float:

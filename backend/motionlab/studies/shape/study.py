@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 _EXAMPLES = """\
 examples:
   motionlab shape circle-resonant --axis y
-  motionlab shape circle-matched --axis x --variant B --gain-margin 8 --filters 2
+  motionlab shape circle-matched --axis x --variant B --gain-margin 2.5 --filters 2
   motionlab shape --run 'rig 7' --axis y --second-run 'rig 8'
 
 `motionlab docs response` has the method. POST /api/v1/shape takes the same.
@@ -61,9 +61,9 @@ class ShapeStudy(Study):
     def request_of(self, options: argparse.Namespace, changes: dict[str, Any]) -> dict[str, Any]:
         """Return the request of the options."""
         for name in ("run", "second_run"):
-            if (given := getattr(options, name)) is not None:
+            if (run := getattr(options, name)) is not None:
                 from motionlab.library.library import library
 
-                setattr(options, name, library().named(given, f"--{name.replace('_', '-')}"))
+                setattr(options, name, library().named(run, f"--{name.replace('_', '-')}"))
         names = [name for name in self.request_model.model_fields if name not in _KNOWN]
         return super().request_of(options, changes) | set_options(options, *names)

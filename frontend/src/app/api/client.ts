@@ -78,6 +78,7 @@ export type StudyPath = Extract<
   | '/montecarlo'
   | '/reproduce'
   | '/response'
+  | '/shape'
   | '/sensitivity'
   | '/sweep'
 >;

@@ -1162,6 +1162,28 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/shape": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Propose gains and filters on a measured response
+         * @description Propose gains and filters on a measured plant, and check them by a second measurement.
+         *
+         *     Margins are read off the measured open loop; filters come with their reasons.
+         */
+        post: operations["shapeLoop"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/loop/sweep": {
         parameters: {
             query?: never;
@@ -3836,7 +3858,7 @@ export interface components {
              * Trajectory
              * @description `kind` and its numbers
              */
-            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Samples"] | components["schemas"]["Sequence"];
+            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Samples"] | components["schemas"]["Multisine"] | components["schemas"]["Sequence"];
             /**
              * Points
              * @description Bins of each profile at most
@@ -8159,7 +8181,7 @@ export interface components {
              * @description Its study, or simulate
              * @enum {string}
              */
-            kind: "simulate" | "replay" | "identify" | "tune" | "landscape" | "learn" | "monte-carlo" | "sweep" | "sensitivity" | "minute" | "response" | "frequency-sweep" | "map" | "reproduce";
+            kind: "simulate" | "replay" | "identify" | "tune" | "landscape" | "learn" | "monte-carlo" | "sweep" | "sensitivity" | "minute" | "response" | "shape" | "frequency-sweep" | "map" | "reproduce";
         };
         /**
          * JobSummary
@@ -8249,7 +8271,7 @@ export interface components {
              * @description Its study, or simulate
              * @enum {string}
              */
-            kind: "simulate" | "replay" | "identify" | "tune" | "landscape" | "learn" | "monte-carlo" | "sweep" | "sensitivity" | "minute" | "response" | "frequency-sweep" | "map" | "reproduce";
+            kind: "simulate" | "replay" | "identify" | "tune" | "landscape" | "learn" | "monte-carlo" | "sweep" | "sensitivity" | "minute" | "response" | "shape" | "frequency-sweep" | "map" | "reproduce";
             /**
              * Other Model
              * @description Whether another version of the model has computed it
@@ -8445,7 +8467,7 @@ export interface components {
              * Trajectory
              * @description As a scenario takes it, every field given
              */
-            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Samples"] | components["schemas"]["Sequence"];
+            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Samples"] | components["schemas"]["Multisine"] | components["schemas"]["Sequence"];
         };
         /**
          * Known
@@ -9935,18 +9957,29 @@ export interface components {
                 [key: string]: components["schemas"]["MarginInterval"];
             };
             /**
+             * Run
+             * @description That was read; null of an experiment
+             */
+            run?: string | null;
+            /**
+             * Warnings
+             * @description What a reader must know
+             * @default []
+             */
+            warnings: string[];
+            /**
              * Slides
-             * @description Slides to and fro, each with phases of its own
+             * @description Slides to and fro, each with phases of its own; 1 of a run with other motions
              */
             slides: number;
             /**
              * Periods
-             * @description Periods that were measured in each
+             * @description Periods that were measured in each; 1 as before
              */
             periods: number;
             /**
              * Seconds
-             * @description Time of all slides
+             * @description Time of all slides, or of what was read of the run
              */
             seconds: number;
         };
@@ -10835,6 +10868,97 @@ export interface components {
              * @description What is left of the map's gap, m; null without a map
              */
             gap: number | null;
+        };
+        /**
+         * Multisine
+         * @description Slide to and fro at constant velocity under a multisine, for a frequency response.
+         *
+         *     Each slide draws the phases of its sines anew. A sine of frequency f has the amplitude
+         *     ``a sqrt(2/lines) sqrt(1 + (f/corner)^2) / (2 pi f)^2``, a being `acceleration`, and at most
+         *     what changes the velocity of the slide, all sines together, by a tenth RMS.
+         */
+        Multisine: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "multisine";
+            /**
+             * Axis
+             * @description Axis that slides and is shaken
+             * @default x
+             * @enum {string}
+             */
+            axis: "x" | "y";
+            /**
+             * centre
+             * @description Middle of the slides
+             * @default {
+             *       "x": 0,
+             *       "y": 0
+             *     }
+             */
+            center: components["schemas"]["PlanarLength"];
+            /**
+             * Velocity
+             * @description Velocity of the slides
+             * @default 0.04
+             */
+            velocity: number;
+            /**
+             * Acceleration
+             * @description Acceleration of all sines below the corner, RMS
+             * @default 0.2
+             */
+            acceleration: number;
+            /**
+             * Corner
+             * @description Frequency above which the sines keep their velocity, not their acceleration: without acceleration feedforward the command falls there
+             * @default 200
+             */
+            corner: number;
+            /**
+             * Low
+             * @description Lowest frequency; its period is that of the multisine
+             * @default 1
+             */
+            low: number;
+            /**
+             * High
+             * @description Highest frequency
+             * @default 700
+             */
+            high: number;
+            /**
+             * Lines
+             * @description Frequencies, evenly over their logarithm
+             * @default 60
+             */
+            lines: number;
+            /**
+             * Periods
+             * @description Periods that are measured in a slide; another half second before them settles
+             * @default 2
+             */
+            periods: number;
+            /**
+             * Slides
+             * @description Slides to and fro, one after another
+             * @default 14
+             */
+            slides: number;
+            /**
+             * Seed
+             * @description Of the phases
+             * @default 0
+             */
+            seed: number;
+            /**
+             * for ever
+             * @description Whether a live session repeats it for ever
+             * @default false
+             */
+            for_ever: boolean;
         };
         /**
          * NotchConfig
@@ -12340,6 +12464,36 @@ export interface components {
             values: number[];
         };
         /**
+         * ProposedFilter
+         * @description A filter that is proposed, and why.
+         */
+        ProposedFilter: {
+            /**
+             * Kind
+             * @enum {string}
+             */
+            kind: "notch" | "low-pass" | "lead";
+            /**
+             * Place
+             * @description `notch`, or `filter_1` to `filter_3`
+             */
+            place: string;
+            /**
+             * Values
+             * @description Of its fields, Hz and 1
+             */
+            values: {
+                [key: string]: number;
+            };
+            /** Reason */
+            reason: string;
+            /**
+             * Gain
+             * @description By how much the compliance falls with it, dB
+             */
+            gain: number;
+        };
+        /**
          * Published
          * @description A pair of peaks that the paper prints, at 10 A.
          */
@@ -12489,7 +12643,7 @@ export interface components {
              * Trajectory
              * @description A path, a sequence of paths and dwells, or samples
              */
-            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Samples"] | components["schemas"]["Sequence"];
+            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Samples"] | components["schemas"]["Multisine"] | components["schemas"]["Sequence"];
             /**
              * Format
              * @description Format of the file
@@ -13162,6 +13316,27 @@ export interface components {
              * @description With the fitted motor
              */
             after: number;
+        };
+        /**
+         * Resonance
+         * @description A resonance that the measurement shows.
+         */
+        Resonance: {
+            /**
+             * Frequency
+             * @description Hz
+             */
+            frequency: number;
+            /**
+             * Height
+             * @description Of the plant over its neighbourhood, dB
+             */
+            height: number;
+            /**
+             * Least
+             * @description The same at the lower end of the 95 % interval, dB
+             */
+            least: number;
         };
         /**
          * ResonanceConfig
@@ -14023,7 +14198,7 @@ export interface components {
                 [key: string]: components["schemas"]["VariantConfig"];
             };
             /** Trajectory */
-            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Samples"] | components["schemas"]["Sequence"];
+            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Samples"] | components["schemas"]["Multisine"] | components["schemas"]["Sequence"];
             /**
              * learnt force
              * @description Force that was learnt of the motion
@@ -14339,7 +14514,7 @@ export interface components {
              * Parts
              * @description The motions in their order
              */
-            parts: (components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Samples"])[];
+            parts: (components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Samples"] | components["schemas"]["Multisine"])[];
             /**
              * Laps
              * @description Times that all of it is done; more than once needs an end where it starts, and leaves the first out of metrics
@@ -14549,6 +14724,185 @@ export interface components {
              * @default 0.32
              */
             span_y: number;
+        };
+        /**
+         * ShapeCheck
+         * @description The second measurement, with what was proposed.
+         */
+        ShapeCheck: {
+            /**
+             * Margins
+             * @description As measured; `model` is as predicted
+             */
+            margins: {
+                [key: string]: components["schemas"]["MarginInterval"];
+            };
+            /** @description L as measured */
+            open: components["schemas"]["LoopCurve"];
+            /**
+             * Frequency
+             * @description Hz
+             */
+            frequency: number[];
+            /**
+             * Holds
+             * @description Whether every margin is at least what was requested
+             */
+            holds: boolean;
+            /** Text */
+            text: string;
+        };
+        /**
+         * ShapeDocument
+         * @description What is proposed on what was measured.
+         */
+        ShapeDocument: {
+            response: components["schemas"]["MeasuredResponse"];
+            /**
+             * Resonances
+             * @description Significant ones
+             */
+            resonances: components["schemas"]["Resonance"][];
+            /**
+             * Filters
+             * @description In the order in which they were added
+             */
+            filters: components["schemas"]["ProposedFilter"][];
+            /**
+             * Changes
+             * @description Dotted path to value, for `--set`, a scenario or a session; empty where nothing within the limits is better
+             */
+            changes: {
+                [key: string]: unknown;
+            };
+            /**
+             * Before
+             * @description k_p, k_d and, where it acts, the observer's bandwidth, SI
+             */
+            before: {
+                [key: string]: number;
+            };
+            /**
+             * After
+             * @description The same, proposed
+             */
+            after: {
+                [key: string]: number;
+            };
+            /**
+             * Margins
+             * @description Of the proposed loop on the measured plant; `model` is before
+             */
+            margins: {
+                [key: string]: components["schemas"]["MarginInterval"];
+            };
+            /** @description L as proposed, at the response's frequencies */
+            open: components["schemas"]["LoopCurve"];
+            /**
+             * Compliance
+             * @description Mean of abs(P/(1 + L)) below the crossover before, after over before, dB: negative is stiffer
+             */
+            compliance: number;
+            /** Notes */
+            notes: string[];
+            /** @description null until a second measurement */
+            check: components["schemas"]["ShapeCheck"] | null;
+        };
+        /**
+         * ShapeJob
+         * @description A job of the kind shape.
+         */
+        ShapeJob: {
+            /**
+             * Id
+             * @description Identifier, part of its URL
+             */
+            id: string;
+            /**
+             * State
+             * @description queued, running, done, failed, cancelled, or interrupted by the server's end
+             * @enum {string}
+             */
+            state: "queued" | "running" | "done" | "failed" | "cancelled" | "interrupted";
+            /**
+             * Progress
+             * @description Share of the work that is done, 0 to 1
+             */
+            progress: number;
+            /**
+             * Created
+             * Format: date-time
+             * @description When it was asked for
+             */
+            created: string;
+            /**
+             * Elapsed
+             * @description Time that it has run, s
+             */
+            elapsed: number;
+            /**
+             * Remaining
+             * @description Estimate of the time that it still needs, s
+             */
+            remaining: number | null;
+            /**
+             * Waits For
+             * @description Why it is queued: the server starts, other jobs run, kernels are compiled, runs and sessions hold the memory; null when it is not
+             */
+            waits_for?: ("server" | "jobs" | "kernels" | "memory") | null;
+            /**
+             * Subject
+             * @description What it is of, in short: a scenario, a run, a preset
+             * @default
+             */
+            subject: string;
+            /**
+             * Version
+             * @description Version of the program that computes it
+             * @default
+             */
+            version: string;
+            /**
+             * Model
+             * @description Hash of the model's sources
+             * @default
+             */
+            model: string;
+            /**
+             * Shipped
+             * @description Whether it came with the program
+             * @default false
+             */
+            shipped: boolean;
+            /**
+             * Error
+             * @description Why a job failed or was interrupted
+             */
+            error: string | null;
+            /**
+             * Unrecorded
+             * @description Why there is no record of it beyond the server's end
+             */
+            unrecorded?: string | null;
+            /**
+             * Request
+             * @description Body of the request that asked for it
+             */
+            request: {
+                [key: string]: unknown;
+            };
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "shape";
+            /**
+             * Partial
+             * @description Results so far, of a job that is running or was interrupted
+             */
+            partial?: null;
+            /** @description Results of a job that is done */
+            result?: components["schemas"]["ShapeDocument"] | null;
         };
         /**
          * SharingConfig
@@ -15279,7 +15633,7 @@ export interface components {
              * Trajectory
              * @description `kind` and its numbers
              */
-            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Samples"] | components["schemas"]["Sequence"];
+            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Samples"] | components["schemas"]["Multisine"] | components["schemas"]["Sequence"];
             /**
              * Points
              * @description Bins of each profile at most
@@ -15296,7 +15650,7 @@ export interface components {
              * Trajectory
              * @description The same path with slower numbers
              */
-            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Samples"] | components["schemas"]["Sequence"];
+            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Samples"] | components["schemas"]["Multisine"] | components["schemas"]["Sequence"];
             /**
              * Stretch
              * @description Stretch of time; 1 if it was feasible already
@@ -17703,7 +18057,7 @@ export interface components {
              * Trajectory
              * @description `kind` and its numbers
              */
-            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Samples"] | components["schemas"]["Sequence"];
+            trajectory: components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Samples"] | components["schemas"]["Multisine"] | components["schemas"]["Sequence"];
             /**
              * Format
              * @description csv: time, x, y at every tick; points: x, y of the points
@@ -18788,7 +19142,7 @@ export interface operations {
         parameters: {
             query?: {
                 /** @description Only jobs of this kind */
-                kind?: ("simulate" | "replay" | "identify" | "tune" | "landscape" | "learn" | "monte-carlo" | "sweep" | "sensitivity" | "minute" | "response" | "frequency-sweep" | "map" | "reproduce") | null;
+                kind?: ("simulate" | "replay" | "identify" | "tune" | "landscape" | "learn" | "monte-carlo" | "sweep" | "sensitivity" | "minute" | "response" | "shape" | "frequency-sweep" | "map" | "reproduce") | null;
             };
             header?: never;
             path?: never;
@@ -18937,7 +19291,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["ReplayJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["LearningJob"] | components["schemas"]["MonteCarloJob"] | components["schemas"]["SweepJob"] | components["schemas"]["SensitivityJob"] | components["schemas"]["MinuteJob"] | components["schemas"]["ResponseJob"] | components["schemas"]["FrequencySweepJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"];
+                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["ReplayJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["LearningJob"] | components["schemas"]["MonteCarloJob"] | components["schemas"]["SweepJob"] | components["schemas"]["SensitivityJob"] | components["schemas"]["MinuteJob"] | components["schemas"]["ResponseJob"] | components["schemas"]["ShapeJob"] | components["schemas"]["FrequencySweepJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"];
                 };
             };
             /** @description Bad Request */
@@ -19025,7 +19379,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["ReplayJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["LearningJob"] | components["schemas"]["MonteCarloJob"] | components["schemas"]["SweepJob"] | components["schemas"]["SensitivityJob"] | components["schemas"]["MinuteJob"] | components["schemas"]["ResponseJob"] | components["schemas"]["FrequencySweepJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"];
+                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["ReplayJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["LearningJob"] | components["schemas"]["MonteCarloJob"] | components["schemas"]["SweepJob"] | components["schemas"]["SensitivityJob"] | components["schemas"]["MinuteJob"] | components["schemas"]["ResponseJob"] | components["schemas"]["ShapeJob"] | components["schemas"]["FrequencySweepJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"];
                 };
             };
             /** @description Bad Request */
@@ -20057,7 +20411,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Samples"] | components["schemas"]["Sequence"];
+                "application/json": components["schemas"]["PointTarget"] | components["schemas"]["Dwell"] | components["schemas"]["Step"] | components["schemas"]["RampMove"] | components["schemas"]["Parabola"] | components["schemas"]["Sine"] | components["schemas"]["Circle"] | components["schemas"]["Line"] | components["schemas"]["Trapezoid"] | components["schemas"]["Staircase"] | components["schemas"]["Polygon"] | components["schemas"]["Star"] | components["schemas"]["Waypoints"] | components["schemas"]["DrawnPath"] | components["schemas"]["Samples"] | components["schemas"]["Multisine"] | components["schemas"]["Sequence"];
             };
         };
         responses: {
@@ -24470,6 +24824,37 @@ export interface operations {
                      * @default 0
                      */
                     seed?: number;
+                    /**
+                     * Run
+                     * @description Kept run to estimate it from, in place of an experiment: one that followed a `multisine`, or any other that was excited enough. Of a measurement, `scenario` has motor and controllers; else they are the run's own
+                     */
+                    run?: string | null;
+                    /**
+                     * from
+                     * @description Part of the run that is read, from
+                     * @default 0
+                     */
+                    start?: number;
+                    /**
+                     * to
+                     * @description Until; left out: its end
+                     */
+                    end?: number | null;
+                    /**
+                     * Position Column
+                     * @description Of a measurement: its column of the position
+                     */
+                    position_column?: string | null;
+                    /**
+                     * Force Column
+                     * @description Of a measurement: its column of the force
+                     */
+                    force_column?: string | null;
+                    /**
+                     * Excitation Column
+                     * @description Of a measurement: what excited the loop and does not depend on it, its reference if left out and there is one; else the force, which feedback biases
+                     */
+                    excitation_column?: string | null;
                 };
             };
         };
@@ -24482,6 +24867,286 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["ResponseJob"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    shapeLoop: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": {
+                    /**
+                     * Scenario
+                     * @default circle
+                     */
+                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                        /** @enum {string} */
+                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                        /**
+                         * Name
+                         * @description Short name
+                         * @default custom
+                         */
+                        name?: string;
+                        /**
+                         * Title
+                         * @description One line for people
+                         * @default
+                         */
+                        title?: string;
+                        /**
+                         * Description
+                         * @description What it shows and whose choice its numbers are
+                         * @default
+                         */
+                        description?: string;
+                        /**
+                         * Seed
+                         * @description Seed of every noise source
+                         * @default 2019
+                         */
+                        seed?: number;
+                        /**
+                         * Settling Band
+                         * @description Following error below which a move counts as settled
+                         * @default 0.000002
+                         */
+                        settling_band?: number;
+                        /**
+                         * Divergence Error
+                         * @description Following error beyond which a variant has diverged
+                         * @default 0.02
+                         */
+                        divergence_error?: number;
+                        /**
+                         * thrust reserve
+                         * @description Share of the force sharing's linear range that a motion leaves to feedback to be feasible
+                         * @default 0.12
+                         */
+                        thrust_reserve?: number;
+                        plant?: string | Record<string, never>;
+                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                        variants?: {
+                            [key: string]: Record<string, never>;
+                        };
+                        load?: Record<string, never>;
+                        schedule?: Record<string, never>[];
+                        window?: Record<string, never> | null;
+                        learnt?: Record<string, never> | null;
+                    } | unknown | unknown);
+                    /**
+                     * Set
+                     * @description Dotted path to value, SI
+                     */
+                    set?: {
+                        [key: string]: unknown;
+                    };
+                    /**
+                     * gains of
+                     * @description Whose gains; left out: the second variant, or the only one
+                     */
+                    variant?: string | null;
+                    /**
+                     * Axis
+                     * @description Axis
+                     * @default x
+                     * @enum {string}
+                     */
+                    axis?: "x" | "y";
+                    /**
+                     * time
+                     * @description Time of all slides
+                     * @default 60
+                     */
+                    seconds?: number;
+                    /**
+                     * Velocity
+                     * @description Velocity of the slides; rounded to whole pole pitches in a period
+                     * @default 0.04
+                     */
+                    velocity?: number;
+                    /**
+                     * Force
+                     * @description Force of the multisine, RMS
+                     * @default 2
+                     */
+                    force?: number;
+                    /**
+                     * Low
+                     * @description Lowest frequency; its period is that of the multisine
+                     * @default 1
+                     */
+                    low?: number;
+                    /**
+                     * High
+                     * @description Highest frequency
+                     * @default 700
+                     */
+                    high?: number;
+                    /**
+                     * Lines
+                     * @description Frequencies, evenly over their logarithm
+                     * @default 120
+                     */
+                    lines?: number;
+                    /**
+                     * Seed
+                     * @description Of the phases
+                     * @default 0
+                     */
+                    seed?: number;
+                    /**
+                     * Run
+                     * @description Kept run to estimate it from, in place of an experiment: one that followed a `multisine`, or any other that was excited enough. Of a measurement, `scenario` has motor and controllers; else they are the run's own
+                     */
+                    run?: string | null;
+                    /**
+                     * from
+                     * @description Part of the run that is read, from
+                     * @default 0
+                     */
+                    start?: number;
+                    /**
+                     * to
+                     * @description Until; left out: its end
+                     */
+                    end?: number | null;
+                    /**
+                     * Position Column
+                     * @description Of a measurement: its column of the position
+                     */
+                    position_column?: string | null;
+                    /**
+                     * Force Column
+                     * @description Of a measurement: its column of the force
+                     */
+                    force_column?: string | null;
+                    /**
+                     * Excitation Column
+                     * @description Of a measurement: what excited the loop and does not depend on it, its reference if left out and there is one; else the force, which feedback biases
+                     */
+                    excitation_column?: string | null;
+                    /**
+                     * Phase Margin
+                     * @description Least phase margin, at the lower end of its interval
+                     * @default 0.5235987755982988
+                     */
+                    phase_margin?: number;
+                    /**
+                     * Gain Margin
+                     * @description Least factor by which the loop's gain may grow, or fall, at the nearer end of its interval
+                     * @default 2
+                     */
+                    gain_margin?: number;
+                    /**
+                     * Step
+                     * @description Largest factor by which a gain or the observer's bandwidth may change, either way
+                     * @default 2
+                     */
+                    step?: number;
+                    /**
+                     * Filters
+                     * @description Most filters that are added
+                     * @default 4
+                     */
+                    filters?: number;
+                    /**
+                     * Second Run
+                     * @description Kept run with the proposed controller, to check it; only with `run`. Without `run` a second experiment checks it
+                     */
+                    second_run?: string | null;
+                };
+            };
+        };
+        responses: {
+            /** @description Accepted as a job, at its Location */
+            202: {
+                headers: {
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ShapeJob"];
                 };
             };
             /** @description Bad Request */

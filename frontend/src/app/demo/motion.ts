@@ -86,6 +86,8 @@ export function planMotion(code: MotionCode, trajectory: Trajectory): Plan {
     }
     case 'samples':
       throw new Beyond('the page interpolates no samples');
+    case 'multisine':
+      throw new Beyond('the page draws no phases of a multisine');
   }
 }
 

@@ -78,6 +78,7 @@ const PLACES: Readonly<Record<JobKind, Place>> = {
   tune: { name: 'Search for gains', screen: 'tune' },
   landscape: { name: 'Map of the cost', screen: 'tune' },
   response: { name: 'Measured loop', screen: 'tune' },
+  shape: { name: 'Shaped loop', screen: 'tune' },
   'frequency-sweep': { name: 'Swept loop', screen: 'tune' },
   learn: { name: 'Learning', screen: 'lab' },
   minute: { name: 'The same minute', screen: 'runs' },

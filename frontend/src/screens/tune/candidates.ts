@@ -1,6 +1,13 @@
 /** Sets of gains side by side: the present ones, the paper's, what the simplex found, what is picked. */
 
-import type { Axis, Candidate, Changes, TuneGroup, TunedAxis } from '../../app/api/types';
+import type {
+  Axis,
+  Candidate,
+  Changes,
+  ShapedLoop,
+  TuneGroup,
+  TunedAxis,
+} from '../../app/api/types';
 import { digits } from '../../ui/units';
 
 /** Verdict on a set of gains; null if it was not tried. */
@@ -110,8 +117,29 @@ export function linesOf(groups: readonly TuneGroup[], axis: Axis): CandidateLine
 export function pickedLine({ k_p, k_d, cost }: Picked, variant: string, axis: Axis): CandidateLine {
   const path = `variants.${variant}.controller.${axis}`;
   return {
+    ...untried(k_p, k_d),
     id: 'picked',
     name: 'picked',
+    cost,
+    set: { [`${path}.k_p`]: k_p, [`${path}.k_d`]: k_d },
+  };
+}
+
+/** Returns the line of what was proposed on a measured response. */
+export function shapedLine({ after, changes, check }: ShapedLoop): CandidateLine | null {
+  const { k_p, k_d } = after;
+  if (check?.holds === false || Object.keys(changes).length === 0 || k_p === undefined || k_d === undefined) return null;
+  return {
+    ...untried(k_p, k_d),
+    id: 'shaped',
+    name: 'shaped',
+    set: changes as Changes,
+  };
+}
+
+/** What a line has whose motion was not tried. */
+function untried(k_p: number, k_d: number) {
+  return {
     k_p,
     k_d,
     peak: null,
@@ -119,9 +147,8 @@ export function pickedLine({ k_p, k_d, cost }: Picked, variant: string, axis: Ax
     stable: null,
     gainMargin: null,
     phaseMargin: null,
-    cost,
+    cost: null,
     verdict: null,
-    set: { [`${path}.k_p`]: k_p, [`${path}.k_d`]: k_d },
   };
 }
 

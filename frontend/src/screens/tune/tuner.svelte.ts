@@ -16,8 +16,8 @@ import { inlineScenarioOf, wholeOf } from '../../app/jobs/job-request';
 import { JobStore } from '../../app/jobs/job-store.svelte';
 import { load, save } from '../../app/storage';
 import { app } from '../../app/store.svelte';
-import { linesOf, pickedLine, type CandidateLine, type Picked } from './candidates';
-import { loopOf, MAP, otherWords, type WhichLoop } from './job-differences';
+import { linesOf, pickedLine, shapedLine, type CandidateLine, type Picked } from './candidates';
+import { loopOf, LOOP, MAP, otherWords, type WhichLoop } from './job-differences';
 import { costAt } from './landscape';
 import { LoopStore } from './loop-store.svelte';
 import { ALSO_ON, SearchForm } from './search-form.svelte';
@@ -29,6 +29,14 @@ class Tuner {
   readonly search = this.form.jobOf('tune');
   readonly map = this.form.jobOf('landscape');
   readonly measurement = new JobStore(app.api, 'response');
+  readonly shaping = new JobStore(app.api, 'shape');
+  /** On what a loop is shaped: `simulated`, or a run by its identifier. */
+  shapedOn = $state('simulated');
+  /** The run that checks it; empty: none. */
+  checkedBy = $state('');
+  /** Largest factor of a gain, and most filters that are added. */
+  step = $state(2);
+  filters = $state(4);
   readonly loops = new LoopStore(app.api);
   readonly comparison = new Comparison(app.api, fieldErrorsText);
   /** Gains that were given to the Lab. */
@@ -106,6 +114,22 @@ class Tuner {
     },
   );
 
+  /** What was proposed for this axis of this controller. */
+  readonly shaped = $derived.by(() => {
+    const result = this.shaping.report?.result ?? null;
+    const { axis, variant } = result?.response ?? {};
+    return axis === this.axis && variant === this.variant ? result : null;
+  });
+
+  /** In what that is not of what is tuned now; empty where it is, or is of a run. */
+  readonly shapedOther = $derived.by(() => {
+    const { report } = this.shaping;
+    const now = this.now({});
+    if (!this.shaped || !report || !now || this.shaped.response.run) return '';
+    const then = this.askedFor(report.request);
+    return then ? otherWords(then, now, this.variant, LOOP) : '';
+  });
+
   /** In what the cost map is not of what is tuned now; empty where it is. */
   readonly mapOther = $derived(this.landscape ? this.otherThan(this.map.report) : '');
 
@@ -135,7 +159,7 @@ class Tuner {
   });
 
   open(): Promise<void> {
-    return this.form.open(this.search, this.map, this.measurement);
+    return this.form.open(this.search, this.map, this.measurement, this.shaping);
   }
 
   look(axis: Axis): void {
@@ -176,6 +200,29 @@ class Tuner {
     );
   }
 
+  /** Proposes gains and filters on what is measured, which keep the limits of margins. */
+  startShaping(): Promise<void> {
+    const { variant, axis, shapedOn, checkedBy, step, filters } = this;
+    const [gain, phase] = ['gain_margin', 'phase_margin'].map((name) =>
+      this.form.number(`constraints.${name}`),
+    );
+    const run = shapedOn === 'simulated' ? null : shapedOn;
+    return this.form.start(({ scenario, set }) =>
+      this.shaping.start('/shape', {
+        scenario,
+        set,
+        variant,
+        axis,
+        step,
+        filters,
+        ...(gain ? { gain_margin: gain } : {}),
+        ...(phase ? { phase_margin: phase } : {}),
+        ...(run === null ? {} : { run }),
+        ...(run !== null && checkedBy !== '' ? { second_run: checkedBy } : {}),
+      }),
+    );
+  }
+
   /** Runs the motion with the present gains and with the chosen ones. */
   compare(): void {
     const { source, variant, chosen } = this;
@@ -190,7 +237,12 @@ class Tuner {
   private linesFor(axis: Axis): CandidateLine[] {
     const picked = this.picked[axis];
     const lines = linesOf(this.result?.groups ?? [], axis);
-    return picked ? [...lines, pickedLine(picked, this.variant, axis)] : lines;
+    const shaped = this.shaped?.response.axis === axis ? shapedLine(this.shaped) : null;
+    return [
+      ...lines,
+      ...(picked ? [pickedLine(picked, this.variant, axis)] : []),
+      ...(shaped ? [shaped] : []),
+    ];
   }
 
   /** What was chosen by hand; else the best of a search that was asked for, if it is better. */
