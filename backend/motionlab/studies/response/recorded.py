@@ -293,11 +293,9 @@ def _of_any(planned: RecordedPlan, columns: Columns) -> RecordedEstimate:
     position = excitation - third if planned.own else third
     signals = Signals(excitation, command, position, period, _is_reference(planned))
     frequency = lines_between(request.low, request.high, request.lines, signals)
-    coherent = np.zeros(0, dtype=np.bool_)
-    if frequency.size:
-        of_plant = local_estimate(signals, frequency)
-        coherent = of_plant.coherence >= COHERENT
-    if coherent.sum() < _LINES_MIN:
+    of_plant = local_estimate(signals, frequency) if frequency.size else None
+    coherent = np.zeros(0) >= 0.0 if of_plant is None else of_plant.coherence >= COHERENT
+    if of_plant is None or coherent.sum() < _LINES_MIN:
         message = (
             f"is not exciting enough: its coherence reaches {COHERENT:g} at this many of "
             f"{len(frequency)} frequencies; record a multisine, noise or a chirp"

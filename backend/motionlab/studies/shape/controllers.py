@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ Complex = NDArray[np.complex128]
 
 FILTERS = ("filter_1", "filter_2", "filter_3")
 FREQUENCY_MAX = 900.0
+Kind = Literal["notch", "low-pass", "lead"]
 
 
 @dataclass(frozen=True)
@@ -77,7 +78,7 @@ class AddedFilter:
         Of each number.
     """
 
-    kind: str
+    kind: Kind
     place: str
     numbers: tuple[float, ...]
     reason: str = field(compare=False)
@@ -129,7 +130,7 @@ def with_shape(controller: ControllerConfig, axis: str, shape: Shape) -> Control
     gains: dict[str, Any] = {"k_p": shape.k_p, "k_d": shape.k_d}
     for each in shape.filters:
         model = NotchConfig if each.place == "notch" else FilterConfig
-        gains[each.place] = model.model_construct(**each.values)
+        gains[each.place] = model.model_construct(None, **each.values)
     update: dict[str, Any] = {axis: getattr(controller, axis).model_copy(update=gains)}
     if shape.bandwidth > 0.0:
         observer = controller.disturbance_observer

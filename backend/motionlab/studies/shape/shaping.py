@@ -231,8 +231,8 @@ def _notes(
         notes.append("nothing within the limits is stiffer than what was measured")
     if not search.keeps(before):
         notes.append(
-            "the loop that was measured does not keep the requested margins itself, at the worst of "
-            "its intervals"
+            "the loop that was measured does not keep the requested margins itself, at the worst "
+            "of its intervals"
         )
     step = planned.request.step
     near = [

@@ -13337,6 +13337,11 @@ export interface components {
              * @description The same at the lower end of the 95 % interval, dB
              */
             least: number;
+            /**
+             * Resolved
+             * @description Whether the frequencies lie close enough to have its top
+             */
+            resolved: boolean;
         };
         /**
          * ResonanceConfig
@@ -14732,7 +14737,7 @@ export interface components {
         ShapeCheck: {
             /**
              * Margins
-             * @description As measured; `model` is as predicted
+             * @description As measured; `model` is as predicted. Nothing where it could not be measured
              */
             margins: {
                 [key: string]: components["schemas"]["MarginInterval"];
@@ -14796,7 +14801,12 @@ export interface components {
             margins: {
                 [key: string]: components["schemas"]["MarginInterval"];
             };
-            /** @description L as proposed, at the response's frequencies */
+            /**
+             * Frequency
+             * @description Frequencies of the response whose interval is within 50 %, Hz: only these were shaped on
+             */
+            frequency: number[];
+            /** @description L as proposed, at these frequencies */
             open: components["schemas"]["LoopCurve"];
             /**
              * Compliance
@@ -25065,8 +25075,8 @@ export interface operations {
                     high?: number;
                     /**
                      * Lines
-                     * @description Frequencies, evenly over their logarithm
-                     * @default 120
+                     * @description Frequencies, evenly over their logarithm where whole cycles of the period lie so close: a mode between two of them is not seen
+                     * @default 300
                      */
                     lines?: number;
                     /**
@@ -25114,7 +25124,7 @@ export interface operations {
                     phase_margin?: number;
                     /**
                      * Gain Margin
-                     * @description Least factor by which the loop's gain may grow, or fall, at the nearer end of its interval
+                     * @description Least factor by which the gain may grow, or fall, at the nearer end of its interval
                      * @default 2
                      */
                     gain_margin?: number;

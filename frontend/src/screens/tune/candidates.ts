@@ -128,7 +128,13 @@ export function pickedLine({ k_p, k_d, cost }: Picked, variant: string, axis: Ax
 /** Returns the line of what was proposed on a measured response. */
 export function shapedLine({ after, changes, check }: ShapedLoop): CandidateLine | null {
   const { k_p, k_d } = after;
-  if (check?.holds === false || Object.keys(changes).length === 0 || k_p === undefined || k_d === undefined) return null;
+  if (
+    check?.holds === false ||
+    Object.keys(changes).length === 0 ||
+    k_p === undefined ||
+    k_d === undefined
+  )
+    return null;
   return {
     ...untried(k_p, k_d),
     id: 'shaped',
