@@ -45,6 +45,7 @@ from tests.bench.start import start
 from tests.bench.stream import stream
 from tests.bench.table import Row, Table
 from tests.bench.trajectories import trajectories
+from tests.bench.truth import truth
 from tests.bench.tuning import tuning
 
 _KERNEL: dict[str, Callable[[str], Iterator[Row]]] = {
@@ -65,6 +66,7 @@ _KERNEL: dict[str, Callable[[str], Iterator[Row]]] = {
     "learning": lambda _: learning(),
     "response": lambda _: response(),
     "minute": lambda _: minute(),
+    "truth": lambda _: truth(),
     "instrument": lambda _: instrument(),
     "trajectories": lambda _: trajectories(),
     "cluster": lambda _: on_cluster(),

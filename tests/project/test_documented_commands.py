@@ -68,6 +68,7 @@ ELSEWHERE = {
     "tests/exchange/test_public_data.py",
     r"motionlab (response|shape) .*--run .*": "needs a kept run: tests/studies/test_shape.py",
     r"motionlab import rig\.csv --name .*": "as above: tests/studies/test_response.py",
+    r"motionlab friction-models .*": "needs a kept run: tests/studies/friction",
     r"(motionlab|curl) .*\bminute\b.*": "needs a kept run: tests/studies/test_minute.py",
     r"motionlab run learnt\.toml .*": "needs what was learnt: tests/simulation/test_learnt.py",
     r"motionlab (check-law|(run|tune) circle --laws) .*": "needs the file of a law: tests/own_laws",

@@ -65,7 +65,7 @@ NEEDS_SAMPLES = {"getPhaseForces", "keepCapture"}
 NEEDS_VIEW = {"putView3d"}
 """Operations on a 3-D view that a browser shows: tests/e2e/test_scene.py has one."""
 
-NEEDS_RUN = {"predictMinute"}
+NEEDS_RUN = {"predictMinute", "selectFrictionModel"}
 """Operations whose body names a run, which no request can guess: tests/studies has one."""
 
 DRIVE = load_drive(ROOT / "configs" / "drives" / "virtual.toml")

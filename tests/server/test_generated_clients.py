@@ -50,6 +50,7 @@ def test_every_accepted_job_is_of_one_kind(document: dict[str, Any]) -> None:
         "simulate": "simulate",
         "sweep": "frequency-sweep",
         "maps": "map",
+        "friction-models": "friction-models",
         "identify": "identify",
         "learn": "learn",
         "minute": "minute",

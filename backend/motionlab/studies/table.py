@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from motionlab.paper.study import ReproduceStudy
+from motionlab.studies.friction.study import FrictionModelsStudy
 from motionlab.studies.identify.study import IdentifyStudy
 from motionlab.studies.learn.study import LearnStudy
 from motionlab.studies.loop.study import FrequencySweepStudy
@@ -24,6 +25,7 @@ from motionlab.studies.why.study import WhyStudy
 SHIPPED: tuple[Study, ...] = (
     SizingStudy(),
     IdentifyStudy(),
+    FrictionModelsStudy(),
     TuneStudy(),
     LandscapeStudy(),
     LearnStudy(),

@@ -72,6 +72,7 @@ export type StudyPath = Extract<
   PathOf<'post'>,
   | '/tune'
   | '/landscape'
+  | '/friction-models'
   | '/identify'
   | '/learn'
   | '/minute'

@@ -957,6 +957,30 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/friction-models": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Which friction model a run supports
+         * @description Select among friction models by their held-out error on a run, or say why it cannot.
+         *
+         *     Coulomb-viscous, Stribeck, LuGre, GMS, and LuGre with friction that grows with the normal force,
+         *     each with intervals. The run may be of any machine of one axis: position, and force, torque or
+         *     current.
+         */
+        post: operations["selectFrictionModel"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/tune": {
         parameters: {
             query?: never;
@@ -7091,6 +7115,232 @@ export interface components {
             stiffness_estimate: number | null;
         };
         /**
+         * FrictionModel
+         * @description A friction model and what it leaves of a record.
+         */
+        FrictionModel: {
+            /** Name */
+            name: string;
+            /** Label */
+            label: string;
+            /**
+             * Complexity
+             * @description Number of its parameters
+             */
+            complexity: number;
+            /**
+             * Error
+             * @description Held-out error: RMS force that is left, in `force_unit`
+             */
+            error: number;
+            /**
+             * Difference
+             * @description Of that error to the least one
+             */
+            difference: number;
+            /**
+             * Difference Error
+             * @description Its standard error
+             */
+            difference_error: number;
+            /**
+             * Fitted
+             * @description RMS force that a fit to the whole record leaves
+             */
+            fitted: number;
+            /** Parameters */
+            parameters: {
+                [key: string]: components["schemas"]["ModelParameter"];
+            };
+        };
+        /**
+         * FrictionModelsDocument
+         * @description Which friction model a record supports.
+         */
+        FrictionModelsDocument: {
+            /** Run */
+            run: string;
+            /**
+             * Name
+             * @description Of the run
+             */
+            name: string;
+            /** Axis */
+            axis: string;
+            /**
+             * Position
+             * @description Column of the position
+             */
+            position: string;
+            /**
+             * Force
+             * @description Column of the force, or currents
+             */
+            force: string;
+            /**
+             * Normal Force
+             * @description Where the normal force comes from; null: none
+             */
+            normal_force: string | null;
+            /** Force Unit */
+            force_unit: string;
+            /**
+             * Duration
+             * @description Of the part that was read
+             */
+            duration: number;
+            /**
+             * Rate
+             * @description Samples a second
+             */
+            rate: number;
+            /**
+             * Bandwidth
+             * @description Of the filter at -3 dB
+             */
+            bandwidth: number;
+            /** Reversals */
+            reversals: number;
+            /**
+             * Windows
+             * @description Windows that count
+             */
+            windows: number;
+            /**
+             * Friction
+             * @description RMS of the best model's friction, in `force_unit`
+             */
+            friction: number;
+            /**
+             * Models
+             * @description In the order of their complexity
+             */
+            models: components["schemas"]["FrictionModel"][];
+            /**
+             * Best
+             * @description Model of the least held-out error
+             */
+            best: string;
+            /**
+             * Selected
+             * @description The model that the record supports; null: no one
+             */
+            selected: string | null;
+            /**
+             * Among
+             * @description Models that the record does not tell apart, or the one
+             */
+            among: string[];
+            /**
+             * Reasons
+             * @description Why it cannot be told
+             */
+            reasons: string[];
+            /**
+             * Notes
+             * @description Models that were not tried, and why
+             */
+            notes: string[];
+            /** Version */
+            version: string;
+        };
+        /**
+         * FrictionModelsJob
+         * @description A job of the kind friction-models.
+         */
+        FrictionModelsJob: {
+            /**
+             * Id
+             * @description Identifier, part of its URL
+             */
+            id: string;
+            /**
+             * State
+             * @description queued, running, done, failed, cancelled, or interrupted by the server's end
+             * @enum {string}
+             */
+            state: "queued" | "running" | "done" | "failed" | "cancelled" | "interrupted";
+            /**
+             * Progress
+             * @description Share of the work that is done, 0 to 1
+             */
+            progress: number;
+            /**
+             * Created
+             * Format: date-time
+             * @description When it was asked for
+             */
+            created: string;
+            /**
+             * Elapsed
+             * @description Time that it has run, s
+             */
+            elapsed: number;
+            /**
+             * Remaining
+             * @description Estimate of the time that it still needs, s
+             */
+            remaining: number | null;
+            /**
+             * Waits For
+             * @description Why it is queued: the server starts, other jobs run, kernels are compiled, runs and sessions hold the memory; null when it is not
+             */
+            waits_for?: ("server" | "jobs" | "kernels" | "memory") | null;
+            /**
+             * Subject
+             * @description What it is of, in short: a scenario, a run, a preset
+             * @default
+             */
+            subject: string;
+            /**
+             * Version
+             * @description Version of the program that computes it
+             * @default
+             */
+            version: string;
+            /**
+             * Model
+             * @description Hash of the model's sources
+             * @default
+             */
+            model: string;
+            /**
+             * Shipped
+             * @description Whether it came with the program
+             * @default false
+             */
+            shipped: boolean;
+            /**
+             * Error
+             * @description Why a job failed or was interrupted
+             */
+            error: string | null;
+            /**
+             * Unrecorded
+             * @description Why there is no record of it beyond the server's end
+             */
+            unrecorded?: string | null;
+            /**
+             * Request
+             * @description Body of the request that asked for it
+             */
+            request: {
+                [key: string]: unknown;
+            };
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "friction-models";
+            /**
+             * Partial
+             * @description Results so far, of a job that is running or was interrupted
+             */
+            partial?: null;
+            /** @description Results of a job that is done */
+            result?: components["schemas"]["FrictionModelsDocument"] | null;
+        };
+        /**
          * FrictionParameters
          * @description LuGre friction, eqs (20) to (22).
          */
@@ -8181,7 +8431,7 @@ export interface components {
              * @description Its study, or simulate
              * @enum {string}
              */
-            kind: "simulate" | "replay" | "identify" | "tune" | "landscape" | "learn" | "monte-carlo" | "sweep" | "sensitivity" | "minute" | "response" | "shape" | "frequency-sweep" | "map" | "reproduce";
+            kind: "simulate" | "replay" | "identify" | "friction-models" | "tune" | "landscape" | "learn" | "monte-carlo" | "sweep" | "sensitivity" | "minute" | "response" | "shape" | "frequency-sweep" | "map" | "reproduce";
         };
         /**
          * JobSummary
@@ -8271,7 +8521,7 @@ export interface components {
              * @description Its study, or simulate
              * @enum {string}
              */
-            kind: "simulate" | "replay" | "identify" | "tune" | "landscape" | "learn" | "monte-carlo" | "sweep" | "sensitivity" | "minute" | "response" | "shape" | "frequency-sweep" | "map" | "reproduce";
+            kind: "simulate" | "replay" | "identify" | "friction-models" | "tune" | "landscape" | "learn" | "monte-carlo" | "sweep" | "sensitivity" | "minute" | "response" | "shape" | "frequency-sweep" | "map" | "reproduce";
             /**
              * Other Model
              * @description Whether another version of the model has computed it
@@ -10356,6 +10606,26 @@ export interface components {
         ModelConfig: {
             x: components["schemas"]["AxisModelConfig"];
             y: components["schemas"]["AxisModelConfig"];
+        };
+        /**
+         * ModelParameter
+         * @description A parameter of a friction model, fitted to the whole record.
+         */
+        ModelParameter: {
+            /** Value */
+            value: number;
+            /** Unit */
+            unit: string;
+            /**
+             * Low
+             * @description Of the 95 % interval; null where the record does not determine it
+             */
+            low: number | null;
+            /**
+             * High
+             * @description The same
+             */
+            high: number | null;
         };
         /**
          * MonteCarloAxis
@@ -19152,7 +19422,7 @@ export interface operations {
         parameters: {
             query?: {
                 /** @description Only jobs of this kind */
-                kind?: ("simulate" | "replay" | "identify" | "tune" | "landscape" | "learn" | "monte-carlo" | "sweep" | "sensitivity" | "minute" | "response" | "shape" | "frequency-sweep" | "map" | "reproduce") | null;
+                kind?: ("simulate" | "replay" | "identify" | "friction-models" | "tune" | "landscape" | "learn" | "monte-carlo" | "sweep" | "sensitivity" | "minute" | "response" | "shape" | "frequency-sweep" | "map" | "reproduce") | null;
             };
             header?: never;
             path?: never;
@@ -19301,7 +19571,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["ReplayJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["LearningJob"] | components["schemas"]["MonteCarloJob"] | components["schemas"]["SweepJob"] | components["schemas"]["SensitivityJob"] | components["schemas"]["MinuteJob"] | components["schemas"]["ResponseJob"] | components["schemas"]["ShapeJob"] | components["schemas"]["FrequencySweepJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"];
+                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["ReplayJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["FrictionModelsJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["LearningJob"] | components["schemas"]["MonteCarloJob"] | components["schemas"]["SweepJob"] | components["schemas"]["SensitivityJob"] | components["schemas"]["MinuteJob"] | components["schemas"]["ResponseJob"] | components["schemas"]["ShapeJob"] | components["schemas"]["FrequencySweepJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"];
                 };
             };
             /** @description Bad Request */
@@ -19389,7 +19659,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["ReplayJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["LearningJob"] | components["schemas"]["MonteCarloJob"] | components["schemas"]["SweepJob"] | components["schemas"]["SensitivityJob"] | components["schemas"]["MinuteJob"] | components["schemas"]["ResponseJob"] | components["schemas"]["ShapeJob"] | components["schemas"]["FrequencySweepJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"];
+                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["ReplayJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["FrictionModelsJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["LearningJob"] | components["schemas"]["MonteCarloJob"] | components["schemas"]["SweepJob"] | components["schemas"]["SensitivityJob"] | components["schemas"]["MinuteJob"] | components["schemas"]["ResponseJob"] | components["schemas"]["ShapeJob"] | components["schemas"]["FrequencySweepJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"];
                 };
             };
             /** @description Bad Request */
@@ -22962,6 +23232,225 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["IdentificationJob"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    selectFrictionModel: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": {
+                    /**
+                     * variant of the run
+                     * @description Variant of the run whose channels are read; left out: its first
+                     */
+                    variant?: string | null;
+                    /**
+                     * Position
+                     * @description Column of the position; left out: position_measured of the variant
+                     */
+                    position?: string | null;
+                    /**
+                     * Force
+                     * @description Column of the force, or currents: thrust of the three currents by the force map of the driving variant; left out: currents, force_realised, force_command or thrust, the first that the run has
+                     */
+                    force?: string | null;
+                    /**
+                     * Mass
+                     * @description Moving mass; left out: identified too
+                     */
+                    mass?: number | null;
+                    /**
+                     * Bandwidth
+                     * @description Bandwidth of the filter at -3 dB; left out: 50 Hz, or 0.075 of the sample rate where that is less
+                     */
+                    bandwidth?: number | null;
+                    /**
+                     * from
+                     * @description Where the part of the run that is used begins
+                     * @default 0
+                     */
+                    start?: number;
+                    /**
+                     * to
+                     * @description Where it ends; left out: the end of the run
+                     */
+                    end?: number | null;
+                    /**
+                     * Run
+                     * @description Identifier of a kept run
+                     */
+                    run: string;
+                    /**
+                     * Axis
+                     * @description Axis whose channels are read
+                     * @default x
+                     * @enum {string}
+                     */
+                    axis?: "x" | "y";
+                    /**
+                     * Normal Force
+                     * @description Column of the normal force of the guide; left out: normal_force of the variant, or that of the currents by the force map of the driving variant
+                     */
+                    normal_force?: string | null;
+                    /**
+                     * Scenario
+                     * @default circle
+                     */
+                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                        /** @enum {string} */
+                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                        /**
+                         * Name
+                         * @description Short name
+                         * @default custom
+                         */
+                        name?: string;
+                        /**
+                         * Title
+                         * @description One line for people
+                         * @default
+                         */
+                        title?: string;
+                        /**
+                         * Description
+                         * @description What it shows and whose choice its numbers are
+                         * @default
+                         */
+                        description?: string;
+                        /**
+                         * Seed
+                         * @description Seed of every noise source
+                         * @default 2019
+                         */
+                        seed?: number;
+                        /**
+                         * Settling Band
+                         * @description Following error below which a move counts as settled
+                         * @default 0.000002
+                         */
+                        settling_band?: number;
+                        /**
+                         * Divergence Error
+                         * @description Following error beyond which a variant has diverged
+                         * @default 0.02
+                         */
+                        divergence_error?: number;
+                        /**
+                         * thrust reserve
+                         * @description Share of the force sharing's linear range that a motion leaves to feedback to be feasible
+                         * @default 0.12
+                         */
+                        thrust_reserve?: number;
+                        plant?: string | Record<string, never>;
+                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                        variants?: {
+                            [key: string]: Record<string, never>;
+                        };
+                        load?: Record<string, never>;
+                        schedule?: Record<string, never>[];
+                        window?: Record<string, never> | null;
+                        learnt?: Record<string, never> | null;
+                    } | unknown | unknown);
+                    /**
+                     * Set
+                     * @description Dotted path to value, SI
+                     */
+                    set?: {
+                        [key: string]: unknown;
+                    };
+                };
+            };
+        };
+        responses: {
+            /** @description Accepted as a job, at its Location */
+            202: {
+                headers: {
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FrictionModelsJob"];
                 };
             };
             /** @description Bad Request */

@@ -81,6 +81,8 @@ export type FieldPicture = Schemas['FieldPicture'];
 /** Plan of an identification. */
 export type IdentificationPlan = Schemas['PlanDocument'];
 export type Identification = Schemas['IdentificationDocument'];
+/** Friction models compared on a run. */
+export type FrictionModels = Schemas['FrictionModelsDocument'];
 export type Motor = Schemas['Motor'];
 export type MotorEntry = Schemas['MotorEntry'];
 export type IdentificationPartial = Schemas['PartialIdentification'];

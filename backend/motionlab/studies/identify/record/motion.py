@@ -313,7 +313,7 @@ def motion_of(
         inner = _inner(window, noise, raw, missing)
     else:
         window, inner = like.window, like.inner
-    path, velocity = (_twice(raw, inner, order) for order in (0, 1))
+    path, velocity = (filtered_twice(raw, inner, order) for order in (0, 1))
     beside = _widened(missing, 2 * inner.reach)
     slowest = max(_SLOWEST, _NOISES * noise * inner.noise(1))
     rest = _long((np.abs(velocity) <= slowest) & ~beside, round(_REST_SECONDS / T))
@@ -366,7 +366,7 @@ def _rms(position: Array, missing: Mask, window: Window, order: int) -> float:
     return float(np.sqrt(np.mean(derivative**2))) if derivative.size else 0.0
 
 
-def _twice(position: Array, window: Window, order: int) -> Array:
+def filtered_twice(position: Array, window: Window, order: int) -> Array:
     """Return a smooth derivative without bias up to the third power: ``2 phi - phi*phi``."""
     once = filtered(position, window.kernel(order))
     return 2.0 * once - filtered(once, window.kernel(0))

@@ -12,7 +12,12 @@ from motionlab.config.scenario import Scenario
 from motionlab.errors import Busy, ConfigError, FieldError, Unknown
 from motionlab.exchange.measurements.column_guess import si_of
 from motionlab.library.run import RunDetail
-from motionlab.studies.identify.documents import IdentifyRequest, PlanDocument, PlannedRecord
+from motionlab.studies.identify.documents import (
+    IdentifyRequest,
+    PlanDocument,
+    PlannedRecord,
+    RecordOptions,
+)
 from motionlab.studies.identify.results import known_document
 from motionlab.studies.identify.rig import Rig
 
@@ -131,9 +136,7 @@ class RecordExperiment:
     @property
     def part(self) -> tuple[int, int]:
         """Samples that are read, [first, last)."""
-        record, T = self.request.record, self.run.period
-        end = self.run.ticks if record.end is None else min(self.run.ticks, round(record.end / T))
-        return round(record.start / T), end
+        return part_of(self.request.record, self.run)
 
 
 def plan_record(request: IdentifyRequest, source: Source | None = None) -> RecordExperiment:
@@ -147,17 +150,42 @@ def plan_record(request: IdentifyRequest, source: Source | None = None) -> Recor
     source = request.scenario if source is None else source
     scenario = load_scenario(source, request.set)
     rig = Rig.of(request, scenario)
-    run = _run(request)
+    assert request.run is not None
+    run = kept_run(request.run)
     axes = _columns(request, run, rig.scenario.plant.force)
-    bandwidth = _bandwidth(request, run)
-    experiment = RecordExperiment(request, source, rig, run, axes, bandwidth)
-    first, last = experiment.part
+    bandwidth = bandwidth_of(request.record, run, "record.")
+    check_part(request.record, run, bandwidth, loc="record.")
+    return RecordExperiment(request, source, rig, run, axes, bandwidth)
+
+
+def part_of(record: RecordOptions, run: RunDetail) -> tuple[int, int]:
+    """Return the samples of a run that are read, [first, last)."""
+    end = run.ticks if record.end is None else min(run.ticks, round(record.end / run.period))
+    return round(record.start / run.period), end
+
+
+def check_part(
+    record: RecordOptions,
+    run: RunDetail,
+    bandwidth: float,
+    *,
+    loc: str = "",
+    samples_max: int = SAMPLES_MAX,
+) -> None:
+    """Refuse a part of a run that is empty, shorter than the filter, or too long.
+
+    Raises
+    ------
+    ConfigError
+        Naming the field below `loc`.
+    """
+    first, last = part_of(record, run)
     if last <= first:
         raise ConfigError(
             FieldError(
-                "record.start",
+                f"{loc}start",
                 "leaves nothing of the run",
-                request.record.start,
+                record.start,
                 unit="s",
                 bounds={"minimum": 0.0, "exclusive_maximum": run.ticks * run.period},
             )
@@ -165,25 +193,24 @@ def plan_record(request: IdentifyRequest, source: Source | None = None) -> Recor
     if (last - first) * run.period < 1.0 / bandwidth:
         raise ConfigError(
             FieldError(
-                "run" if (first, last) == (0, run.ticks) else "record.end",
+                "run" if (first, last) == (0, run.ticks) else f"{loc}end",
                 "leaves less than a period of the filter to identify from",
                 float(f"{(last - first) * run.period:.4g}"),
                 unit="s",
                 bounds={"minimum": 1.0 / bandwidth},
             )
         )
-    if last - first > SAMPLES_MAX:
-        longest = SAMPLES_MAX * run.period
+    if last - first > samples_max:
+        longest = samples_max * run.period
         raise ConfigError(
             FieldError(
-                "record.end",
+                f"{loc}end",
                 "leaves more of the run than one identification takes; give start and end",
                 last * run.period,
                 f"at most {longest:g} s after start",
                 "s",
             )
         )
-    return experiment
 
 
 def record_plan_document(experiment: RecordExperiment, simulated_time_max: float) -> PlanDocument:
@@ -216,17 +243,30 @@ def variant_of(request: IdentifyRequest, run: RunDetail) -> str:
     return request.record.variant or (run.variants[0] if run.variants else "M")
 
 
-def _run(request: IdentifyRequest) -> RunDetail:
+def kept_run(run_id: str) -> RunDetail:
+    """Return a run that is complete.
+
+    Raises
+    ------
+    ConfigError
+        If there is none, or it is still recorded.
+    """
     from motionlab.library.library import library
 
-    assert request.run is not None
     try:
-        return library().complete(request.run)
+        return library().complete(run_id)
     except (Unknown, Busy) as error:
-        raise ConfigError(FieldError("run", str(error), request.run, "a kept run")) from error
+        raise ConfigError(FieldError("run", str(error), run_id, "a kept run")) from error
 
 
-def _bandwidth(request: IdentifyRequest, run: RunDetail) -> float:
+def bandwidth_of(record: RecordOptions, run: RunDetail, loc: str = "") -> float:
+    """Return the bandwidth of the filter, Hz.
+
+    Raises
+    ------
+    ConfigError
+        If the run is sampled too slowly for it.
+    """
     rate = 1.0 / run.period
     if rate < _RATE_MIN * (1.0 - 1e-9):
         raise ConfigError(
@@ -239,11 +279,11 @@ def _bandwidth(request: IdentifyRequest, run: RunDetail) -> float:
             )
         )
     most = _OF_RATE * rate
-    bandwidth = request.record.bandwidth
+    bandwidth = record.bandwidth
     if bandwidth is not None and bandwidth > most * (1.0 + 1e-9):
         raise ConfigError(
             FieldError(
-                "record.bandwidth",
+                f"{loc}bandwidth",
                 f"is too large for a rate of {rate:.4g} Hz",
                 bandwidth,
                 unit="Hz",

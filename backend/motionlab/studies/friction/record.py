@@ -1,0 +1,188 @@
+"""Position, force and normal force of a run, of the lab's motors or of any machine of one axis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motionlab.analysis.columns import Columns
+from motionlab.errors import ConfigError, FieldError
+from motionlab.force_sharing.pole_pitch import forces_over
+from motionlab.kernel.force_maps import map_lanes
+from motionlab.library.run import RunDetail
+from motionlab.studies.friction.documents import FrictionModelsRequest
+from motionlab.studies.friction.units import FORCES, LENGTHS, NEWTONS, Machine, factor_of
+from motionlab.studies.identify.documents import IdentifyRequest, RecordOptions
+from motionlab.studies.identify.record.force import RecordForce, force_of
+from motionlab.studies.identify.record.motion import Record
+from motionlab.studies.identify.record.plan import (
+    CURRENTS,
+    RecordExperiment,
+    bandwidth_of,
+    check_part,
+    kept_run,
+    part_of,
+    plan_record,
+)
+
+Array = NDArray[np.float64]
+
+SAMPLES_MAX = 240_000
+"""Most samples: two minutes at 2 kHz."""
+
+_POSITIONS = ("position_measured", "position")
+_FORCES = ("force_realised", "force_command", "thrust")
+_NORMAL = "normal_force"
+
+
+@dataclass(frozen=True)
+class FrictionPlan:
+    """A checked selection.
+
+    Attributes
+    ----------
+    request : FrictionModelsRequest
+        As validated.
+    run : RunDetail
+        The run.
+    bandwidth : float
+        Of the filter, Hz.
+    machine : Machine
+        Units of position and force.
+    experiment : RecordExperiment or None
+        Of a motor of the lab, whose forces come from its currents; None where a force is read.
+    columns : tuple of str
+        Position, force, and the normal force where it is a column.
+    factors : tuple of float
+        Of each, to m, N or what stands for them.
+    """
+
+    request: FrictionModelsRequest
+    run: RunDetail
+    bandwidth: float
+    machine: Machine
+    experiment: RecordExperiment | None
+    columns: tuple[str, ...]
+    factors: tuple[float, ...]
+
+
+def plan(request: FrictionModelsRequest, source: Any = None) -> FrictionPlan:
+    """Return the checked selection.
+
+    Raises
+    ------
+    ConfigError
+        If there is no such run, it lacks a column, a unit is wrong, or it is sampled too slowly.
+    """
+    run = kept_run(request.run)
+    bandwidth = bandwidth_of(request, run)
+    check_part(request, run, bandwidth, samples_max=SAMPLES_MAX)
+    units = {column["name"]: column["unit"] for column in run.columns}
+    variant = request.variant or (run.variants[0] if run.variants else "M")
+    if request.variant is not None and variant not in run.variants:
+        allowed = "one of " + ", ".join(run.variants)
+        raise ConfigError(FieldError("variant", "is no variant of the run", variant, allowed))
+    prefix = f"{variant}.{request.axis}."
+    normal = request.normal_force
+    if normal is None and prefix + _NORMAL in units:
+        normal = prefix + _NORMAL
+    beside = () if normal is None else (normal,)
+    newtons = tuple(factor_of("normal_force", name, units, NEWTONS)[1] for name in beside)
+    if request.force in {None, CURRENTS} and _is_lab(run, units, prefix):
+        experiment = _experiment(request, source)
+        return FrictionPlan(request, run, bandwidth, Machine("m", "N"), experiment, beside, newtons)
+    names = (
+        request.position or _first("position", units, prefix, _POSITIONS),
+        request.force or _first("force", units, prefix, _FORCES),
+    )
+    length, force = (
+        factor_of(loc, name, units, known)
+        for loc, name, known in zip(("position", "force"), names, (LENGTHS, FORCES), strict=True)
+    )
+    machine = Machine(length[0], force[0])
+    factors = (length[1] * machine.metres, force[1], *newtons)
+    return FrictionPlan(request, run, bandwidth, machine, None, (*names, *beside), factors)
+
+
+def _is_lab(run: RunDetail, units: dict[str, str], prefix: str) -> bool:
+    """Return whether a run has currents of the lab's motor, or followed a scenario."""
+    currents = all(f"{prefix}current_{phase}" in units for phase in "abc")
+    return currents or run.scenario_document is not None
+
+
+def _experiment(request: FrictionModelsRequest, source: Any) -> RecordExperiment:
+    record = RecordOptions(**{n: getattr(request, n) for n in RecordOptions.model_fields})
+    identify = IdentifyRequest(
+        scenario=request.scenario,
+        set=request.set,
+        run=request.run,
+        axis=request.axis,
+        record=record,
+    )
+    try:
+        return plan_record(identify, source)
+    except ConfigError as error:
+        errors = [replace(e, loc=e.loc.removeprefix("record.")) for e in error.errors]
+        raise ConfigError(*errors) from error
+
+
+def _first(loc: str, units: dict[str, str], prefix: str, names: tuple[str, ...]) -> str:
+    for name in names:
+        if prefix + name in units:
+            return prefix + name
+    missing = ", ".join(prefix + name for name in names)
+    some = ", ".join(list(units)[:20])
+    raise ConfigError(FieldError(loc, f"the run has none of {missing}; name a column", None, some))
+
+
+@dataclass(frozen=True)
+class Forces:
+    """What is read of a run.
+
+    Attributes
+    ----------
+    record : Record
+        Position and force.
+    normal : ndarray, shape (n,), or None
+        Normal force, N.
+    source : RecordForce or None
+        Of currents, which settle as fast as a fit says.
+    """
+
+    record: Record
+    normal: Array | None
+    source: RecordForce | None
+
+    def improved(self, within: float) -> Forces:
+        """Return the forces with currents that settle as a fit says; itself if as before."""
+        if self.source is None:
+            return self
+        better = self.source.improved({"within": within})
+        return self if better is self.source else Forces(better.record, self.normal, better)
+
+
+def read(plan: FrictionPlan, columns: Columns) -> Forces:
+    """Return position, force and normal force of a run."""
+    first, last = part_of(plan.request, plan.run)
+    values = np.empty((0, last - first))
+    if plan.columns:
+        values = columns.read(plan.columns)[:, first:last].astype(np.float64)
+        values *= np.array(plan.factors)[:, None]
+    if plan.experiment is None:
+        record = Record(plan.run.period, values[0], values[1])
+        return Forces(record, values[2] if len(values) > 2 else None, None)
+    source = force_of(plan.experiment, plan.request.axis, columns)
+    normal = values[0] if len(values) else _normal(plan.experiment, source)
+    return Forces(source.record, normal, source)
+
+
+def _normal(experiment: RecordExperiment, source: RecordForce) -> Array | None:
+    """Return the normal force of recorded currents by the map, N; None without currents."""
+    if experiment.axes[source.axis].force != CURRENTS:
+        return None
+    position, *currents = np.nan_to_num(source.samples[:4])
+    model = map_lanes(experiment.rig.model(source.axis).force_map)
+    return forces_over(model, position=position, current=np.stack(currents)).normal

@@ -1,0 +1,221 @@
+"""Selection of a friction model from a run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from motionlab import __version__
+from motionlab.library.columns import of_run
+from motionlab.studies.friction.candidates import CANDIDATES, LOADED, LUGRE, STRIBECK, Candidate
+from motionlab.studies.friction.choose import Choice, choose, difference, rms
+from motionlab.studies.friction.documents import (
+    FrictionModel,
+    FrictionModelsDocument,
+    ModelParameter,
+)
+from motionlab.studies.friction.fit import (
+    Array,
+    Estimate,
+    Fit,
+    Windows,
+    fit,
+    held_out,
+    parameters_of,
+    windows_of,
+)
+from motionlab.studies.friction.record import Forces, FrictionPlan, read
+from motionlab.studies.identify.record.motion import Motion, Motions, motions_of
+
+_ROUNDS = 3
+"""Fits at most by which currents within a sample are found."""
+
+_FEWEST_REVERSALS, _FEWEST_WINDOWS = 4, 40
+"""Reversals, and windows about them, without which no bristle is tried."""
+
+_CONSTANT = 0.05
+"""Change of the normal force, as a share of its mean, below which it is no cause."""
+
+
+def select(
+    plan: FrictionPlan, progress: Callable[..., None] = lambda *_: None
+) -> FrictionModelsDocument:
+    """Compare friction models on a run.
+
+    Parameters
+    ----------
+    plan : FrictionPlan
+        From `motionlab.studies.friction.record.plan`.
+    progress : callable
+        Takes the share done.
+
+    Raises
+    ------
+    ExperimentFailed
+        If the axis moved too little.
+    """
+    forces = read(plan, of_run(plan.run.id))
+    windows = _windows(plan, forces)
+    bristles = _without_bristles(windows)
+    notes = _without_load(windows)
+    rough = [fit(windows, STRIBECK), fit(windows, LUGRE)]
+    if notes is None:
+        rough.append(fit(windows, LOADED, rough[-1]))
+    windows = windows.weighted(min(rough, key=lambda each: rms(each.rest)))
+    tried = [
+        each
+        for each in CANDIDATES
+        if (bristles is None or not _has_bristle(each)) and (notes is None or each is not LOADED)
+    ]
+    fits: dict[str, Fit] = {}
+    errors: dict[str, Array] = {}
+    lugre: Fit | None = None
+    for k, candidate in enumerate(tried):
+        progress(0.2 + 0.8 * k / len(tried))
+        fits[candidate.name] = fit(windows, candidate, lugre)
+        errors[candidate.name] = held_out(windows, fits[candidate.name])
+        if candidate is LUGRE:
+            lugre = fits[LUGRE.name]
+    left_out = {c.name: bristles for c in CANDIDATES if bristles and _has_bristle(c)}
+    if notes is not None:
+        left_out.pop(LOADED.name, None)
+    choice = choose(windows, fits, errors, left_out)
+    models = [_model(windows, fits[name], errors[name], errors[choice.best]) for name in fits]
+    return _document(plan, windows, models, choice, [] if notes is None else [notes])
+
+
+def _windows(plan: FrictionPlan, forces: Forces) -> Windows:
+    """Return the windows of a run, with currents between samples as a LuGre fit has them."""
+    motion = _motion(plan, forces)
+    mass = plan.request.mass
+    if mass is not None:
+        mass /= plan.machine.unit_of("M")[1]
+    windows = windows_of(motion, forces.normal, mass, plan.machine)
+    for _ in range(_ROUNDS):
+        if "within" not in windows.names:
+            break
+        own = len(LUGRE.linear)
+        fitted = fit(windows, LUGRE)
+        share = float(fitted.linear[own + windows.names.index("within")])
+        better = forces.improved(share)
+        if better is forces:
+            break
+        forces = better
+        motion = _motion(plan, forces, motion)
+        windows = windows_of(motion, forces.normal, mass, plan.machine)
+    return windows
+
+
+def _motion(plan: FrictionPlan, forces: Forces, like: Motion | None = None) -> Motion:
+    both = None if like is None else Motions(like, like)
+    return motions_of(forces.record, plan.bandwidth, both).turning
+
+
+def _has_bristle(candidate: Candidate) -> bool:
+    return any(shape.name == "x_0" for shape in candidate.shapes)
+
+
+def _without_bristles(windows: Windows) -> str | None:
+    """Return why no model with a bristle is tried, if so."""
+    motion = windows.motion
+    if motion.reversals < _FEWEST_REVERSALS:
+        return (
+            f"the record has {motion.reversals} reversals, {_FEWEST_REVERSALS} are needed: only "
+            "models of sliding can be compared"
+        )
+    about = int((~motion.sliding[windows.used]).sum())
+    if about >= _FEWEST_WINDOWS:
+        return None
+    hidden = float(np.median(motion.hidden[~motion.sliding])) if (~motion.sliding).any() else 0.0
+    return (
+        "reversals are too fast for the sampling, or the encoder is too coarse: the filter hides "
+        f"{windows.machine.displacement(hidden)} of them, so only models of sliding can be compared"
+    )
+
+
+def _without_load(windows: Windows) -> str | None:
+    """Return why friction by normal force is not tried, if so."""
+    normal = windows.path.normal
+    if normal is None:
+        return f"{LOADED.label} is not tried: the record has no normal force"
+    mean, spread = float(np.nanmean(normal)), float(np.nanstd(normal))
+    if spread > _CONSTANT * abs(mean):
+        return None
+    return f"{LOADED.label} is not tried: the normal force, {mean:.3g} N, hardly changes"
+
+
+def _model(windows: Windows, fitted: Fit, errors: Array, best: Array) -> FrictionModel:
+    gap = difference(errors, best, windows.block)
+    candidate = fitted.candidate
+    return FrictionModel(
+        name=candidate.name,
+        label=candidate.label,
+        complexity=candidate.order,
+        error=rms(errors),
+        difference=gap.value,
+        difference_error=gap.error,
+        fitted=rms(fitted.rest),
+        parameters={
+            key: _parameter(windows, key, estimate)
+            for key, estimate in parameters_of(windows, fitted).items()
+        },
+    )
+
+
+def _document(
+    plan: FrictionPlan,
+    windows: Windows,
+    models: list[FrictionModel],
+    choice: Choice,
+    notes: list[str],
+) -> FrictionModelsDocument:
+    experiment, motion = plan.experiment, windows.motion
+    position, force = (
+        plan.columns[:2]
+        if experiment is None
+        else (experiment.axes[plan.request.axis].position, experiment.axes[plan.request.axis].force)
+    )
+    return FrictionModelsDocument(
+        run=plan.run.id,
+        name=plan.run.name,
+        axis=plan.request.axis,
+        position=position,
+        force=force,
+        normal_force=_normal_source(plan, windows),
+        force_unit=plan.machine.force,
+        duration=len(motion.position) * motion.period,
+        rate=1.0 / motion.period,
+        bandwidth=motion.window.bandwidth,
+        reversals=motion.reversals,
+        windows=len(windows.used),
+        friction=choice.friction,
+        models=models,
+        best=choice.best,
+        selected=choice.selected,
+        among=list(choice.among),
+        reasons=list(choice.reasons),
+        notes=notes,
+        version=__version__,
+    )
+
+
+def _normal_source(plan: FrictionPlan, windows: Windows) -> str | None:
+    if windows.path.normal is None:
+        return None
+    last = plan.columns[-1] if plan.columns else None
+    if plan.experiment is None:
+        return last
+    return last or "currents"
+
+
+def _parameter(windows: Windows, name: str, estimate: Estimate) -> ModelParameter:
+    unit, factor = windows.machine.unit_of(name)
+    value, half = factor * estimate.value, factor * estimate.half
+    known = np.isfinite(half)
+    return ModelParameter(
+        value=value,
+        unit=unit,
+        low=float(value - half) if known else None,
+        high=float(value + half) if known else None,
+    )
