@@ -13,7 +13,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from motionlab.drive.virtual.process import VirtualDrive
 from tests.drive.link.rig import SLOW
-from tests.e2e.actions import API, button, region, until
+from tests.e2e.actions import API, LONG, button, region, serious, until
 from tests.e2e.conftest import PATIENCE, ROOT, START, Server
 
 pytestmark = pytest.mark.realtime
@@ -232,3 +232,70 @@ def test_a_run_on_drives_against_its_simulation(
     page.get_by_role("navigation").get_by_role("link", name="Drive").click()
     button(page, "Disarm")
     button(page, "Give up")
+
+
+SHAKEN = {
+    "kind": "multisine",
+    "axis": "x",
+    "velocity": 0.0288,
+    "acceleration": 0.1,
+    "low": 2.0,
+    "slides": 6,
+}
+"""Six slides of two seconds."""
+
+
+def shake(page: Page, server: Server, lease: str, changes: dict[str, Any]) -> str:
+    """Move the drives under a multisine; return the run."""
+    earlier = {run["id"] for run in kept(page, server)}
+    body = {"scenario": "circle", "set": {"trajectory": SHAKEN} | changes, "variant": "A"}
+    begun = page.request.post(
+        f"{server.url}{API}/drive/motions", data=body, headers={"Lease": lease}
+    )
+    assert begun.status == 201, begun.text()
+
+    def complete() -> list[str]:
+        runs = kept(page, server)
+        return [
+            run["id"] for run in runs if run["state"] == "complete" and run["id"] not in earlier
+        ]
+
+    until(page, "the run is complete", lambda: bool(complete()), most=240_000)
+    return complete()[0]
+
+
+def choose_newest(page: Page, of: str) -> None:
+    """Choose the newest run of drives."""
+    region(page, "Shape on a measurement").get_by_role("button", name=of).click()
+    page.get_by_role("combobox", name=f"Find: {of}").fill("kind:drive")
+    page.get_by_role("option", name=re.compile("Virtual drive")).first.click()
+
+
+def test_a_loop_is_shaped_on_drives_and_checked_by_a_second_run(
+    page: Page, server: Server, refusals: list[str]
+) -> None:
+    refusals.append("409")  # a heartbeat on its way while control is given up
+    page.goto(f"{server.url}?screen=drive")
+    button(page, "Take control")
+    arm(page, server)
+    lease = page.evaluate("sessionStorage.getItem('motionlab.lease')")
+    first = shake(page, server, lease, {})
+
+    page.goto(f"{server.url}/?screen=tune")
+    page.get_by_role("combobox", name="gains of").select_option("A")
+    choose_newest(page, "Measured on")
+    shape = region(page, "Shape on a measurement")
+    button(shape, "Shape")
+    expect(shape).to_contain_text("Not checked yet", timeout=LONG)
+    expect(shape.get_by_role("row", name="GM up")).to_contain_text(" to ")
+    report = page.request.get(f"{server.url}{API}/jobs?kind=shape").json()[0]
+    job = page.request.get(f"{server.url}{API}/jobs/{report['id']}").json()
+    changes = job["result"]["changes"]
+    assert changes
+    assert job["result"]["response"]["run"] == first
+
+    shake(page, server, lease, changes)
+    choose_newest(page, "Checked by")
+    button(shape, "Shape")
+    expect(shape).to_contain_text("a second measurement keeps the margins", timeout=LONG)
+    assert serious(page) == []

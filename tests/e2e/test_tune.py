@@ -221,6 +221,21 @@ def test_the_loop_is_drawn_as_it_is_measured_and_in_figures(tune: Page, server: 
     expect(loop).not_to_contain_text(measured)
 
 
+def test_a_loop_is_shaped_on_what_is_measured_and_staged(tune: Page, server: Server) -> None:
+    shape = region(tune, "Shape on a measurement")
+    asked_for(tune, shape.get_by_role("button", name="Shape", exact=True).click)
+    expect(shape).to_contain_text("a second measurement keeps the margins", timeout=SLOW)
+    expect(shape.get_by_role("row", name="PM")).to_contain_text(" to ")
+    assert serious(tune) == []
+    line(tune, "shaped").get_by_role("radio").check()
+    loop = region(tune, "Loop over frequency")
+    expect(loop.get_by_text("chosen").first).to_be_visible()
+    compare = region(tune, "Compare and stage")
+    expect(compare).to_contain_text("shaped")
+    button(compare, "Stage in Lab")
+    expect(compare).to_contain_text("has these gains", timeout=LONG)
+
+
 def test_nothing_serious_for_who_cannot_see_it_well(tune: Page) -> None:
     searched(tune)
     assert serious(tune) == []

@@ -183,14 +183,14 @@ def _fade(moved: int) -> list[Array]:
 
 def _base(moved: int, velocity: float) -> tuple[Array, Array, Array]:
     """Return way, velocity and acceleration of a slide without its multisine."""
-    u: Array = np.arange(EASE) / EASE
+    u = (np.arange(EASE) / EASE).astype(np.float64)
     T, between = EASE * CONTROL_PERIOD, moved - 2 * EASE
     eased = T * (u**4 * (2.5 - 3.0 * u + u**2))  # of the quintic, its integral
     time = np.arange(between) * CONTROL_PERIOD
     last = 0.5 * T + between * CONTROL_PERIOD
-    way: Array = np.concatenate([eased, 0.5 * T + time, last + u * T - eased])
+    way = np.concatenate([eased, 0.5 * T + time, last + u * T - eased])
     size, change, _ = _fade(moved)
-    return velocity * way, velocity * size, velocity * change
+    return (velocity * way).astype(np.float64), velocity * size, velocity * change
 
 
 def _repeated(lines: Lines, slide: Slide, moved: int) -> list[Array]:
