@@ -2628,7 +2628,7 @@ export interface components {
                  */
                 thrust_reserve: number;
                 plant?: string | Record<string, never>;
-                trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                trajectory?: ("circle" | "multisine-x" | "multisine-y" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                 variants?: {
                     [key: string]: Record<string, never>;
                 };
@@ -3710,7 +3710,7 @@ export interface components {
                  */
                 thrust_reserve: number;
                 plant?: string | Record<string, never>;
-                trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                trajectory?: ("circle" | "multisine-x" | "multisine-y" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                 variants?: {
                     [key: string]: Record<string, never>;
                 };
@@ -3862,7 +3862,7 @@ export interface components {
                  */
                 thrust_reserve: number;
                 plant?: string | Record<string, never>;
-                trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                trajectory?: ("circle" | "multisine-x" | "multisine-y" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                 variants?: {
                     [key: string]: Record<string, never>;
                 };
@@ -7585,7 +7585,7 @@ export interface components {
                  */
                 thrust_reserve: number;
                 plant?: string | Record<string, never>;
-                trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                trajectory?: ("circle" | "multisine-x" | "multisine-y" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                 variants?: {
                     [key: string]: Record<string, never>;
                 };
@@ -10926,7 +10926,7 @@ export interface components {
                  */
                 thrust_reserve: number;
                 plant?: string | Record<string, never>;
-                trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                trajectory?: ("circle" | "multisine-x" | "multisine-y" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                 variants?: {
                     [key: string]: Record<string, never>;
                 };
@@ -12540,7 +12540,7 @@ export interface components {
                  */
                 thrust_reserve: number;
                 plant?: string | Record<string, never>;
-                trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                trajectory?: ("circle" | "multisine-x" | "multisine-y" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                 variants?: {
                     [key: string]: Record<string, never>;
                 };
@@ -15444,7 +15444,7 @@ export interface components {
                  */
                 thrust_reserve: number;
                 plant?: string | Record<string, never>;
-                trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                trajectory?: ("circle" | "multisine-x" | "multisine-y" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                 variants?: {
                     [key: string]: Record<string, never>;
                 };
@@ -15893,7 +15893,7 @@ export interface components {
                  */
                 thrust_reserve: number;
                 plant?: string | Record<string, never>;
-                trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                trajectory?: ("circle" | "multisine-x" | "multisine-y" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                 variants?: {
                     [key: string]: Record<string, never>;
                 };
@@ -16323,7 +16323,7 @@ export interface components {
                  */
                 thrust_reserve: number;
                 plant?: string | Record<string, never>;
-                trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                trajectory?: ("circle" | "multisine-x" | "multisine-y" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                 variants?: {
                     [key: string]: Record<string, never>;
                 };
@@ -17645,7 +17645,7 @@ export interface components {
                  */
                 thrust_reserve: number;
                 plant?: string | Record<string, never>;
-                trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                trajectory?: ("circle" | "multisine-x" | "multisine-y" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                 variants?: {
                     [key: string]: Record<string, never>;
                 };
@@ -17825,7 +17825,7 @@ export interface components {
                  */
                 thrust_reserve: number;
                 plant?: string | Record<string, never>;
-                trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                trajectory?: ("circle" | "multisine-x" | "multisine-y" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                 variants?: {
                     [key: string]: Record<string, never>;
                 };
@@ -17905,7 +17905,7 @@ export interface components {
                  */
                 thrust_reserve: number;
                 plant?: string | Record<string, never>;
-                trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                trajectory?: ("circle" | "multisine-x" | "multisine-y" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                 variants?: {
                     [key: string]: Record<string, never>;
                 };
@@ -18010,7 +18010,7 @@ export interface components {
                  */
                 thrust_reserve: number;
                 plant?: string | Record<string, never>;
-                trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                trajectory?: ("circle" | "multisine-x" | "multisine-y" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                 variants?: {
                     [key: string]: Record<string, never>;
                 };
@@ -18317,7 +18317,7 @@ export interface components {
                  */
                 thrust_reserve: number;
                 plant?: string | Record<string, never>;
-                trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                trajectory?: ("circle" | "multisine-x" | "multisine-y" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                 variants?: {
                     [key: string]: Record<string, never>;
                 };
@@ -22622,7 +22622,7 @@ export interface operations {
                          */
                         thrust_reserve?: number;
                         plant?: string | Record<string, never>;
-                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                        trajectory?: ("circle" | "multisine-x" | "multisine-y" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                         variants?: {
                             [key: string]: Record<string, never>;
                         };
@@ -22799,7 +22799,7 @@ export interface operations {
                          */
                         thrust_reserve?: number;
                         plant?: string | Record<string, never>;
-                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                        trajectory?: ("circle" | "multisine-x" | "multisine-y" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                         variants?: {
                             [key: string]: Record<string, never>;
                         };
@@ -23105,7 +23105,7 @@ export interface operations {
                          */
                         thrust_reserve?: number;
                         plant?: string | Record<string, never>;
-                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                        trajectory?: ("circle" | "multisine-x" | "multisine-y" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                         variants?: {
                             [key: string]: Record<string, never>;
                         };
@@ -23423,7 +23423,7 @@ export interface operations {
                          */
                         thrust_reserve?: number;
                         plant?: string | Record<string, never>;
-                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                        trajectory?: ("circle" | "multisine-x" | "multisine-y" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                         variants?: {
                             [key: string]: Record<string, never>;
                         };
@@ -23589,7 +23589,7 @@ export interface operations {
                          */
                         thrust_reserve?: number;
                         plant?: string | Record<string, never>;
-                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                        trajectory?: ("circle" | "multisine-x" | "multisine-y" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                         variants?: {
                             [key: string]: Record<string, never>;
                         };
@@ -23830,7 +23830,7 @@ export interface operations {
                          */
                         thrust_reserve?: number;
                         plant?: string | Record<string, never>;
-                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                        trajectory?: ("circle" | "multisine-x" | "multisine-y" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                         variants?: {
                             [key: string]: Record<string, never>;
                         };
@@ -24046,7 +24046,7 @@ export interface operations {
                          */
                         thrust_reserve?: number;
                         plant?: string | Record<string, never>;
-                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                        trajectory?: ("circle" | "multisine-x" | "multisine-y" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                         variants?: {
                             [key: string]: Record<string, never>;
                         };
@@ -24262,7 +24262,7 @@ export interface operations {
                          */
                         thrust_reserve?: number;
                         plant?: string | Record<string, never>;
-                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                        trajectory?: ("circle" | "multisine-x" | "multisine-y" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                         variants?: {
                             [key: string]: Record<string, never>;
                         };
@@ -24526,7 +24526,7 @@ export interface operations {
                          */
                         thrust_reserve?: number;
                         plant?: string | Record<string, never>;
-                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                        trajectory?: ("circle" | "multisine-x" | "multisine-y" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                         variants?: {
                             [key: string]: Record<string, never>;
                         };
@@ -24731,7 +24731,7 @@ export interface operations {
                          */
                         thrust_reserve?: number;
                         plant?: string | Record<string, never>;
-                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                        trajectory?: ("circle" | "multisine-x" | "multisine-y" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                         variants?: {
                             [key: string]: Record<string, never>;
                         };
@@ -24915,7 +24915,7 @@ export interface operations {
                          */
                         thrust_reserve?: number;
                         plant?: string | Record<string, never>;
-                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                        trajectory?: ("circle" | "multisine-x" | "multisine-y" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                         variants?: {
                             [key: string]: Record<string, never>;
                         };
@@ -25253,7 +25253,7 @@ export interface operations {
                          */
                         thrust_reserve?: number;
                         plant?: string | Record<string, never>;
-                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                        trajectory?: ("circle" | "multisine-x" | "multisine-y" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                         variants?: {
                             [key: string]: Record<string, never>;
                         };
@@ -25504,7 +25504,7 @@ export interface operations {
                          */
                         thrust_reserve?: number;
                         plant?: string | Record<string, never>;
-                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                        trajectory?: ("circle" | "multisine-x" | "multisine-y" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                         variants?: {
                             [key: string]: Record<string, never>;
                         };
@@ -25784,7 +25784,7 @@ export interface operations {
                          */
                         thrust_reserve?: number;
                         plant?: string | Record<string, never>;
-                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                        trajectory?: ("circle" | "multisine-x" | "multisine-y" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                         variants?: {
                             [key: string]: Record<string, never>;
                         };
@@ -27235,7 +27235,7 @@ export interface operations {
                          */
                         thrust_reserve?: number;
                         plant?: string | Record<string, never>;
-                        trajectory?: ("circle" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                        trajectory?: ("circle" | "multisine-x" | "multisine-y" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
                         variants?: {
                             [key: string]: Record<string, never>;
                         };
