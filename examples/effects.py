@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from motionlab.config.load import load_scenario
+from motionlab.laws import LAWS
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.run import run
 
@@ -49,21 +50,61 @@ ROWS: list[tuple[str, dict[str, Any]]] = [
 ]
 
 
-def errors(controller: str, changes: dict[str, Any]) -> list[float]:
-    """Return the largest following errors on x and y, um."""
-    scenario = load_scenario("circle-resonant", {"variants.B.controller": controller} | changes)
-    prepared = prepare(scenario)
+def errors(controller: dict[str, Any], changes: dict[str, Any]) -> list[float]:
+    """Return the largest following errors on x and y, um; infinite where it diverges."""
+    prepared = prepare(load_scenario("circle-resonant", controller | changes))
     recording = run(prepared)
+    record = recording.variants["B"]
+    if record.diverged is not None:
+        return [np.inf, np.inf]
     window = slice(*prepared.reference.window)
-    errors = (recording.variants["B"].channel("following_error", axis)[window] for axis in "xy")
-    return [1e6 * float(np.abs(each).max()) for each in errors]
+    channels = (record.channel("following_error", axis)[window] for axis in "xy")
+    return [1e6 * float(np.abs(each).max()) for each in channels]
 
 
-NONE = [error for controller in CONTROLLERS for error in errors(controller, {})]
-print("| effect | x K = 0 | y K = 0 | x best | y best |")
-print("|---|---|---|---|---|")
-print("| none: um | " + " | ".join(f"{each:.2f}" for each in NONE) + " |")
-for title, changes in ROWS:
-    found = [error for controller in CONTROLLERS for error in errors(controller, changes)]
-    added = (f"{each - none:+.2f}" for each, none in zip(found, NONE, strict=True))
-    print(f"| {title} | " + " | ".join(added) + " |")
+def best_with(law: str) -> dict[str, Any]:
+    """Return the best controller that ships with another law, as variant B."""
+    return {
+        "variants.B.controller": "lugre-reference-notch",
+        "variants.B.controller.compensation.law": law,
+    }
+
+
+def shown(error: float) -> str:
+    """Return an error in um, or that there is none."""
+    return f"{error:.2f}" if np.isfinite(error) else "diverges"
+
+
+def of_two_controllers() -> None:
+    """Print what each effect adds with the paper's controller and with the best."""
+    two = [{"variants.B.controller": name} for name in CONTROLLERS]
+    none = [error for controller in two for error in errors(controller, {})]
+    print("| effect | x K = 0 | y K = 0 | x best | y best |")
+    print("|---|---|---|---|---|")
+    print("| none: um | " + " | ".join(f"{each:.2f}" for each in none) + " |")
+    for title, changes in ROWS:
+        found = [error for controller in two for error in errors(controller, changes)]
+        added = (f"{each - plain:+.2f}" for each, plain in zip(found, none, strict=True))
+        print(f"| {title} | " + " | ".join(added) + " |")
+
+
+def of_every_law() -> None:
+    """Print the errors under each kind of friction with every law that ships."""
+    kinds: dict[str, dict[str, Any]] = {
+        "LuGre": {},
+        "static Stribeck": effect("static-stribeck"),
+        "Dahl": effect("dahl"),
+        "Maxwell slip": effect("gms"),
+        "LuGre, mu = 0.01": effect("lugre", mu=0.01),
+    }
+    print(f"| law | {' | '.join(kinds)} |")
+    print("|---|" + "---|" * len(kinds))
+    for law in LAWS:
+        cells = (errors(best_with(law), changes) for changes in kinds.values())
+        row = " | ".join(f"{shown(x)}, {shown(y)}" for x, y in cells)
+        print(f"| `{law}` | {row} |")
+
+
+of_two_controllers()
+print()
+of_every_law()

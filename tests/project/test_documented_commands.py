@@ -298,7 +298,8 @@ def test_the_table_of_effects_is_what_its_example_prints(tmp_path: Path, forked:
     done = bash(".venv/bin/python examples/effects.py", tmp_path, forked)
     page = (ROOT / "docs" / "own-effect.md").read_text()
     shown = page[page.index("| effect | x K = 0") :].splitlines()
-    printed = done.stdout.splitlines()
+    first, second = done.stdout.split("\n\n")
+    printed = first.splitlines()
     assert printed[:2] == shown[:2] and len(printed) > 12
     for ours, theirs in zip(printed[2:], shown[2:], strict=False):
         title, *numbers = ours.strip("| ").split(" | ")
@@ -306,6 +307,13 @@ def test_the_table_of_effects_is_what_its_example_prints(tmp_path: Path, forked:
         assert title == name
         expected = pytest.approx([float(each) for each in others], rel=0.05, abs=0.05)
         assert [float(each) for each in numbers] == expected
+    laws = [row for row in second.splitlines() if "published-k" not in row]
+    numbers_of = re.compile(r"\d+\.\d+")
+    for ours in laws:
+        name = ours.split("|")[1]
+        (theirs,) = (row for row in shown if row.startswith(f"|{name}|"))
+        expected = pytest.approx([*map(float, numbers_of.findall(theirs))], rel=0.05, abs=0.05)
+        assert [*map(float, numbers_of.findall(ours))] == expected
 
 
 def test_the_tables_of_controllers_are_what_their_example_prints(
