@@ -23,7 +23,7 @@ export function modelsRequest(body: Body, axis: 'x' | 'y'): ModelsRequest | null
   return run ? { ...record, run, axis, scenario, set } : null;
 }
 
-export function modelRows({ models, selected, force_unit }: FrictionModels): ModelRow[] {
+export function modelRows({ models, best, selected, force_unit }: FrictionModels): ModelRow[] {
   const text = (force: number) => {
     const { number, unit } = quantity(force, force_unit);
     return `${number} ${unit}`;
@@ -33,7 +33,7 @@ export function modelRows({ models, selected, force_unit }: FrictionModels): Mod
     label: model.label,
     parameters: model.complexity,
     error: text(model.error),
-    more: `${text(model.difference)} ± ${text(model.difference_error)}`,
+    more: model.name === best ? '–' : `${text(model.difference)} ± ${text(model.difference_error)}`,
     selected: model.name === selected,
   }));
 }
