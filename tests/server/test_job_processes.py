@@ -27,7 +27,7 @@ from tests.server.live import API, until
 from tests.server.servers import PATIENCE, Server
 
 SEARCH: dict[str, Any] = {"scenario": "circle", "evaluations": 2000, "starts": 8}
-LONG_SEARCH = SEARCH | {"starts": 16, "plants": ["matched", "as-measured"]}
+LONG_SEARCH = SEARCH | {"starts": 16, "plants": ["matched"]}
 """Goes on for longer than from one record of its progress to the next, 5 s, on any machine."""
 
 
