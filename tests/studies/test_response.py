@@ -232,7 +232,7 @@ def test_a_measurement_of_a_machine_tells_its_response(
     assert main(["import", str(tmp_path / "rig.csv"), "--name", "rig of a response"]) == 0
     command = ["response", "--run", "rig of a response", "--axis", "x", "--json"]
     capsys.readouterr()
-    assert main([*command, "--excitation-column", "setpoint"]) == 0
+    assert main(command) == 0  # the set-point has become the reference
     document = MeasuredResponse.model_validate_json(capsys.readouterr().out)
     here = (np.array(document.frequency) > 20.0) & (np.array(document.frequency) < 300.0)
     at = np.log(np.array(document.frequency)[here])
@@ -240,8 +240,13 @@ def test_a_measurement_of_a_machine_tells_its_response(
     ratio = np.array(document.plant.magnitude)[here] / magnitude
     assert here.sum() > 15
     assert np.abs(20.0 * np.log10(ratio)).max() < 0.6
-    assert document.warnings == []
-    assert main(command) == 0  # the setpoint is not used: it has no channel's name
+    assert "no controller" in document.warnings[0]
+    assert "1000 Hz" in document.warnings[1]
+    assert len(document.warnings) == 2
+    mapped = ["--map", "setpoint [mm]=-", "--name", "rig without"]
+    assert main(["import", str(tmp_path / "rig.csv"), *mapped]) == 0
+    capsys.readouterr()
+    assert main(["response", "--run", "rig without", "--axis", "x", "--json"]) == 0
     direct = MeasuredResponse.model_validate_json(capsys.readouterr().out)
     assert "feedback" in direct.warnings[0]
 

@@ -211,6 +211,8 @@ def channel_of(name: str, si: str) -> tuple[str | None, str]:
         return None, ""
     allowed = _QUANTITIES.get(si, ()) if si else tuple(q for v in _QUANTITIES.values() for q in v)
     quantities = [quantity for quantity in allowed if quantity in kinds]
+    if not quantities and si == "m" and "reference" in kinds and set(words) <= {*AXES, *_KINDS}:
+        quantities = ["position"]  # setpoint in mm
     quantity = quantities[0] if quantities else (allowed[-1] if si and allowed else None)
     if quantity is None and axis in words and set(words) <= {axis, *_KINDS} and not si:
         quantity = "position"  # x, x_ist

@@ -314,6 +314,16 @@ def _of_any(planned: RecordedPlan, columns: Columns) -> RecordedEstimate:
     loop = linearise(planned.scenario, planned.variant, request.axis, v=velocity)
     seconds = len(position) * period
     warnings = () if planned.columns[0] else (_DIRECT,)
+    if not planned.own:
+        warnings += (
+            f"a measurement has no controller: margins are those of {planned.variant} of the "
+            f"scenario {planned.scenario.name}",
+        )
+        if not np.isclose(period, CONTROL_PERIOD):
+            warnings += (
+                f"it is sampled at {1.0 / period:.4g} Hz; the controller is that of "
+                f"{1.0 / CONTROL_PERIOD:g} Hz",
+            )
     return RecordedEstimate(frequency[coherent], kept, loop, velocity, 1, 1, seconds, warnings)
 
 

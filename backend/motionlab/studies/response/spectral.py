@@ -21,6 +21,9 @@ ORDER = 2
 BINS_MIN = 8
 """Least frequencies of the record on either side: 17 for 6 unknowns."""
 _BAND = 0.015  # share of a frequency to which its band reaches on either side
+_SPREAD = 4.0
+"""Least number of frequencies over which the excitation in a band is spread. A slow motion to and
+fro excites its own harmonics alone, to which friction answers, and just as coherently."""
 _MOST = 10.0
 """Largest response of a position to its reference: what answers more was moved by something else,
 such as ripple over the pole pitch, which repeats with the motion."""
@@ -97,12 +100,15 @@ def _about(
     rest = both - (design / scale) @ (inverse @ both)
     G_u, G_y = (inverse @ both)[0] / scale[0]
     free = 2 * half + 1 - design.shape[1]
-    if G_u == 0.0 or abs(G_y) > most:
+    # What of the excitation is not smooth over frequency: the ends of any motion are.
+    sharp = R[here] - powers @ (np.linalg.pinv(powers) @ R[here])
+    power = np.abs(sharp) ** 2
+    spread = power.sum() ** 2 / max(float((power**2).sum()), 1e-300)
+    if G_u == 0.0 or abs(G_y) > most or spread < _SPREAD:
         return 0j, np.inf, 0.0, free
     response = G_y / G_u
     variance = float((np.abs(rest[:, 1] - response * rest[:, 0]) ** 2).sum() / free)
     size = float((np.abs(inverse[0]) ** 2).sum()) / scale[0] ** 2
-    # By what of the excitation is not smooth over frequency: the ends of any motion are.
     explained = float(np.abs(G_y) ** 2 / size / (2 * half + 1))
     total = explained + variance
     coherence = explained / total if total > 0.0 else 0.0

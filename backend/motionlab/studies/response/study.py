@@ -6,7 +6,7 @@ import argparse
 from typing import TYPE_CHECKING, Any
 
 from motionlab.errors import FieldError
-from motionlab.studies.options import add_fields, set_options
+from motionlab.studies.options import add_fields, add_part, set_options
 from motionlab.studies.study import RequestLimits, Study, StudyCommand, above, lazy
 
 if TYPE_CHECKING:
@@ -61,7 +61,8 @@ class ResponseStudy(Study):
 
     def add_options(self, parser: argparse.ArgumentParser) -> None:
         """Add how it is measured, and the file to write."""
-        add_fields(parser, self.request_model, set(_KNOWN))
+        add_fields(parser, self.request_model, _KNOWN | {"start", "end"})
+        add_part(parser)
         parser.add_argument("--out", metavar="FILE", help="write the curves to FILE, .csv")
 
     def request_of(self, options: argparse.Namespace, changes: dict[str, Any]) -> dict[str, Any]:

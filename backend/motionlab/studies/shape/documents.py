@@ -24,8 +24,7 @@ class ShapeRequest(ResponseRequest):
         "so close: a mode between two of them is not seen",
     )
     phase_margin: float = quantity(
-        "Least phase margin, at the lower end of its interval",
-        shown="\u00b0",
+        "Least phase margin, at the lower end of its interval; 0.5236 is 30 degrees",
         unit="rad",
         source=OURS,
         default=0.5235987755982988,
@@ -41,7 +40,8 @@ class ShapeRequest(ResponseRequest):
         le=100,
     )
     step: float = quantity(
-        "Largest factor by which a gain or the observer's bandwidth may change, either way",
+        "Largest factor by which a gain or the observer's bandwidth may change, either way, and "
+        "the controller as a whole grow at any frequency",
         unit="1",
         source=f"{OURS}: a step further is taken after a second measurement",
         default=2.0,
@@ -82,7 +82,9 @@ class ProposedFilter(BaseModel):
     values: dict[str, float] = Field(description="Of its fields, Hz and 1")
     reason: str
     gain: float = Field(
-        description="By how much the compliance falls with it, dB", json_schema_extra={"unit": "dB"}
+        description="By how much the loop would be less stiff without it, dB; 100: no gains keep "
+        "the limits then",
+        json_schema_extra={"unit": "dB"},
     )
 
 

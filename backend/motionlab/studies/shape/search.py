@@ -1,10 +1,10 @@
 """The search for gains and filters on a measured plant.
 
-The compliance ``abs(P/(1 + L))`` below the present crossover falls as far as margins allow, which
-are read off the *open* loop at the unfavourable end of its interval. That the loop stays stable is
-counted on the measurement: it was taken in closed loop, so the present loop is stable, and another
-one is too if ``(1 + L)/(1 + L_0)`` does not encircle the origin. Filters that act are kept; what is
-added has to make the loop stiffer by at least `WORTH`, or it is not proposed.
+The compliance ``abs(P/(1 + L))`` below the lowest present crossover falls as far as margins allow,
+which are read off the *open* loop at the unfavourable end of its interval. That the loop stays
+stable is counted on the measurement: it was taken in closed loop, so the present loop is stable,
+and another one is too if ``(1 + L)/(1 + L_0)`` does not encircle the origin. Filters that act are
+kept; what is added has to make the loop stiffer by at least `WORTH`, or it is not proposed.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,7 @@ Complex = NDArray[np.complex128]
 WORTH = 0.5
 """Least gain in stiffness of an added filter, dB."""
 _EVALUATIONS = 240
+_LEAST_BELOW = 3  # frequencies over which the compliance is averaged
 _PENALTY = 400.0  # dB for a margin that is missed by its whole size
 _ROOM = 0.005  # share of a margin that is kept beside it, or the search would end just beyond
 _DECIBEL = 20.0 / math.log(10.0)
@@ -52,6 +54,24 @@ class Limits:
     gain_margin: float
     step: float
     filters: int
+
+
+class Proposal(NamedTuple):
+    """The result of a search.
+
+    Attributes
+    ----------
+    shape : Shape
+        The best one.
+    compliance : float
+        Over that before, dB; infinite where nothing keeps the limits.
+    worth : tuple of float
+        By how much the loop would be less stiff without each filter, dB.
+    """
+
+    shape: Shape
+    compliance: float
+    worth: tuple[float, ...]
 
 
 class Search:
@@ -86,9 +106,9 @@ class Search:
         self._controllers, self._plant, self._deviation = controllers, plant, deviation
         self.before, self._limits, self._progress = before, limits, progress
         self._L_0 = self.open(before)
-        crossover = measured_margins(controllers.frequency, self._L_0)["crossover"]
-        low = crossover or float(np.median(controllers.frequency))
-        self._below = controllers.frequency <= low
+        above = np.abs(self._L_0) < 1.0
+        first = int(above.argmax()) if above.any() else len(above)
+        self._below = np.arange(len(above)) < max(first, _LEAST_BELOW)
         self._compliance_0 = self._compliance(self._L_0)
 
     def open(self, shape: Shape) -> Complex:
@@ -103,30 +123,35 @@ class Search:
         """Return whether a shape keeps every limit."""
         return self._missed(self.open(shape)) <= 0.0
 
-    def best(self, resonances: list[Resonance], places: list[str]) -> list[tuple[Shape, float]]:
-        """Return the best gains, and then with each filter that is worth adding, and stiffness.
+    def worst(self, shape: Shape) -> str:
+        """Return which limit a shape misses most."""
+        shares = self._shares(self.open(shape))
+        return max(shares, key=lambda name: shares[name])
 
-        The first is of the gains alone; its compliance is infinite where nothing keeps the limits.
+    def best(self, resonances: list[Resonance], places: list[str]) -> Proposal:
+        """Return the best gains with the filters that are worth adding.
+
+        They are added one at a time, each time the one that helps most; what the loop then does as
+        well without is left out again.
         """
-        rounds = [self._tuned(self.before)]
-        tried = 0
-        most = 1 + self._limits.filters * (len(resonances) + 2)
-        while len(rounds[-1][0].filters) < min(self._limits.filters, len(places)):
-            so_far, cost = rounds[-1]
-            place = places[len(so_far.filters)]
+        shape, cost = self._tuned(self.before)
+        tried, most = 0, 1 + self._limits.filters * (len(resonances) + 2)
+        while len(shape.filters) < min(self._limits.filters, len(places)):
             further: list[tuple[Shape, float]] = []
-            for added in self._candidates(so_far, resonances, place):
+            for added in self._candidates(shape, resonances, places[len(shape.filters)]):
                 tried += 1
                 self._progress(min(1.0, tried / most))
-                start = replace(so_far, filters=(*so_far.filters, added))
-                further.append(self._tuned(start))
-            if not further:
+                further.append(self._tuned(replace(shape, filters=(*shape.filters, added))))
+            better = min(further, key=lambda each: each[1], default=(shape, math.inf))
+            if not better[1] < cost - WORTH:
                 break
-            next_one = min(further, key=lambda each: each[1])
-            if not next_one[1] < cost - WORTH:
-                break
-            rounds.append(next_one)
-        return rounds
+            shape, cost = better
+        while True:
+            without = [self._tuned(_without(shape, k)) for k in range(len(shape.filters))]
+            worth = tuple(each[1] - cost for each in without)
+            if not worth or min(worth) >= WORTH:
+                return Proposal(shape, cost, worth)
+            shape, cost = without[worth.index(min(worth))]
 
     def _candidates(
         self, shape: Shape, resonances: list[Resonance], place: str
@@ -212,22 +237,41 @@ class Search:
 
     def _missed(self, L: Complex) -> float:
         """Return by what share the worst margin is missed; at most 0 where all are kept."""
+        return max(self._shares(L).values())
+
+    def _shares(self, L: Complex) -> dict[str, float]:
+        """Return by what share each margin is missed."""
         f, limits = self._controllers.frequency, self._limits
         turned = np.unwrap(np.angle((1.0 + L) / (1.0 + self._L_0)))
         if abs(turned[-1] - turned[0]) > math.pi:
-            return 2.0
+            return {"stability": 2.0}
         # Within its 95 % interval, towards the point -1: by that much smaller is every distance.
         doubt = 2.0 * self._deviation / np.abs(self._plant)
         at = measured_margins(f, L)
-        missed = [0.0 if at["crossover"] is not None else 1.0]
+        missed = {"a crossover": 0.0 if at["crossover"] is not None else 1.0}
         if (phase := at["phase_margin"]) is not None:
             here = float(np.interp(at["crossover"] or f[-1], f, doubt))
-            missed.append(1.0 - (phase - here) / limits.phase_margin)
+            missed["the phase margin"] = 1.0 - (phase - here) / limits.phase_margin
         least = math.log(limits.gain_margin)
-        for name, sign in (("gain_margin", 1.0), ("gain_reduction", -1.0)):
+        for name, title, sign in (
+            ("gain_margin", "the gain margin up", 1.0),
+            ("gain_reduction", "the gain margin down", -1.0),
+        ):
             if (gain := at[name]) is not None:
                 around = np.abs(np.abs(L) - 1.0 / gain).argmin()
-                missed.append(1.0 - (sign * math.log(gain) - float(doubt[around])) / least)
+                missed[title] = 1.0 - (sign * math.log(gain) - float(doubt[around])) / least
         distance = float((np.abs(1.0 + L) - doubt * np.abs(L)).min())
-        missed.append(1.0 - distance / min(0.5, 2.0 * math.sin(0.5 * limits.phase_margin)))
-        return max(missed)
+        least_distance = min(0.5, 2.0 * math.sin(0.5 * limits.phase_margin))
+        # Filters count too: a lead raises all that lies above it.
+        raised = float(np.log(np.abs(L / self._L_0)).max())
+        missed["the step"] = raised / (math.log(limits.step) + 1e-9) - 1.0 - 2.0 * _ROOM
+        missed["the distance of L from -1"] = 1.0 - distance / least_distance
+        return missed
+
+
+def _without(shape: Shape, k: int) -> Shape:
+    """Return a shape without one of its filters; those after it move up."""
+    places = [each.place for each in shape.filters]
+    rest = [each for n, each in enumerate(shape.filters) if n != k]
+    moved = [replace(each, place=place) for each, place in zip(rest, places, strict=False)]
+    return replace(shape, filters=tuple(moved))

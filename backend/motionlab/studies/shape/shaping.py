@@ -42,6 +42,7 @@ Progress = Callable[[float, ShapeDocument | None], None]
 
 _MEASURED, _SEARCHED = 0.4, 0.7  # shares of the work that are done
 _SHORT = 4
+_WITHOUT = 100.0  # dB, where without a filter nothing keeps the limits
 _SURE, _LINES_MIN = 0.5, 12
 _SAME = 0.01
 _OF_SHAPE = ("phase_margin", "gain_margin", "step", "filters", "second_run")
@@ -95,12 +96,25 @@ def plan(request: ShapeRequest, source: Source | None = None) -> ShapePlan:
             raise ConfigError(FieldError(place, message, 0.0))
     second = None
     if request.second_run is not None:
-        other = _of_response(request).model_copy(
-            update={"run": request.second_run, "start": 0.0, "end": None}
-        )
-        second = plan_response(other, source)
-        assert isinstance(second, RecordedPlan)
+        second = _plan_second(request, source)
     return ShapePlan(request, source, first, second)
+
+
+def _plan_second(
+    request: ShapeRequest, source: Source | None, changes: dict[str, Any] | None = None
+) -> RecordedPlan:
+    """Return the plan of the run that checks; of a measurement under the changes."""
+    other = _of_response(request).model_copy(
+        update={
+            "run": request.second_run,
+            "start": 0.0,
+            "end": None,
+            "set": request.set | (changes or {}),
+        }
+    )
+    planned = plan_response(other, source)
+    assert isinstance(planned, RecordedPlan)
+    return planned
 
 
 def shape(planned: ShapePlan, progress: Progress | None = None) -> ShapeDocument:
@@ -153,8 +167,7 @@ def shape(planned: ShapePlan, progress: Progress | None = None) -> ShapeDocument
         progress=lambda share: report(_MEASURED + (_SEARCHED - _MEASURED) * share),
     )
     peaks = significant(f, np.abs(plant), _CERTAIN * deviation / np.abs(plant))
-    rounds = search.best(peaks, free_places(controllers.config, request.axis))
-    proposed, compliance = rounds[-1]
+    proposed, compliance, worth = search.best(peaks, free_places(controllers.config, request.axis))
     better = compliance < 0.0 or (math.isfinite(compliance) and not search.keeps(before))
     after = rounded(proposed) if better else before
     L = search.open(after)
@@ -162,7 +175,6 @@ def shape(planned: ShapePlan, progress: Progress | None = None) -> ShapeDocument
     spread = intervals(f, L, deviation * size, request.seed)
     here, there = measured_margins(f, L), measured_margins(f, search.open(before))
     changes = changes_of(first.variant, request.axis, before, after) if better else {}
-    costs = [cost for _, cost in rounds]
     document = ShapeDocument(
         response=measured,
         resonances=peaks,
@@ -172,7 +184,7 @@ def shape(planned: ShapePlan, progress: Progress | None = None) -> ShapeDocument
                 place=each.place,
                 values=each.values,
                 reason=each.reason,
-                gain=_short(_finite(costs[k]) - costs[k + 1]),
+                gain=_short(min(worth[k], _WITHOUT)),
             )
             for k, each in enumerate(after.filters)
         ],
@@ -231,8 +243,8 @@ def _notes(
         notes.append("nothing within the limits is stiffer than what was measured")
     if not search.keeps(before):
         notes.append(
-            "the loop that was measured does not keep the requested margins itself, at the worst "
-            "of its intervals"
+            f"the loop that was measured does not keep {search.worst(before)} itself, at the worse "
+            "end of its interval"
         )
     step = planned.request.step
     near = [
@@ -276,8 +288,10 @@ def _check(
             )
         different: list[str] = []
     else:
+        if not second.own:  # a measurement has no controller: it is taken to have the proposed one
+            second = _plan_second(request, planned.source, document.changes)
         measured = measure(second)
-        different = _differences(second.scenario, document.changes)
+        different = _differences(second.scenario, document.changes) if second.own else []
     margins = {
         name: each.model_copy(update={"model": document.margins[name].value})
         for name, each in measured.margins.items()
@@ -326,10 +340,6 @@ def _differences(scenario: Scenario, changes: dict[str, Any]) -> list[str]:
 
 def _decibels(factor: float) -> float:
     return 20.0 * math.log10(factor)
-
-
-def _finite(value: float) -> float:
-    return value if math.isfinite(value) else 0.0
 
 
 def _short(value: float) -> float:

@@ -6,7 +6,7 @@ import argparse
 from typing import TYPE_CHECKING, Any
 
 from motionlab.errors import FieldError
-from motionlab.studies.options import add_fields, set_options
+from motionlab.studies.options import add_fields, add_part, set_options
 from motionlab.studies.study import RequestLimits, Study, StudyCommand, above, lazy
 
 if TYPE_CHECKING:
@@ -56,7 +56,8 @@ class ShapeStudy(Study):
 
     def add_options(self, parser: argparse.ArgumentParser) -> None:
         """Add how it is measured and what is to be kept."""
-        add_fields(parser, self.request_model, set(_KNOWN))
+        add_fields(parser, self.request_model, _KNOWN | {"start", "end"})
+        add_part(parser)
 
     def request_of(self, options: argparse.Namespace, changes: dict[str, Any]) -> dict[str, Any]:
         """Return the request of the options."""

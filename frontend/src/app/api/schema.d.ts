@@ -12759,7 +12759,7 @@ export interface components {
             reason: string;
             /**
              * Gain
-             * @description By how much the compliance falls with it, dB
+             * @description By how much the loop would be less stiff without it, dB; 100: no gains keep the limits then
              */
             gain: number;
         };
@@ -25607,7 +25607,7 @@ export interface operations {
                     excitation_column?: string | null;
                     /**
                      * Phase Margin
-                     * @description Least phase margin, at the lower end of its interval
+                     * @description Least phase margin, at the lower end of its interval; 0.5236 is 30 degrees
                      * @default 0.5235987755982988
                      */
                     phase_margin?: number;
@@ -25619,7 +25619,7 @@ export interface operations {
                     gain_margin?: number;
                     /**
                      * Step
-                     * @description Largest factor by which a gain or the observer's bandwidth may change, either way
+                     * @description Largest factor by which a gain or the observer's bandwidth may change, either way, and the controller as a whole grow at any frequency
                      * @default 2
                      */
                     step?: number;
