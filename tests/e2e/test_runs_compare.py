@@ -160,6 +160,7 @@ def test_a_run_is_simulated_again_and_a_baseline_kept(
     first = {"tick": 700, "time": 0.35, "channel": "A.x.thrust", "unit": "N"}
     values = {"recorded": 2.0, "simulated": 2.5, "difference": 0.5}
     answer = {"identical": False, "channels": 108, "ticks": 21000, "missing": 0, "samples": 3}
+    answer |= {"errors": []}
     more = {"differing": ["A.x.thrust"], "reasons": ["other processor: kept with a, is b"]}
     page.route(
         "**/replay",

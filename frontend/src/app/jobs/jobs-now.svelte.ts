@@ -24,8 +24,10 @@ class JobsNow {
     this.active.reduce((sum, { progress }) => sum + progress, 0) / Math.max(1, this.active.length),
   );
   private api: Api | null = null;
-  /** Jobs that were seen to go on. */
+  /** Jobs of this visit: those that were seen to go on, or have come since the first answer. */
   private readonly seen = new Set<string>();
+  /** Jobs that ended before this visit; null before the first answer. */
+  private earlier: ReadonlySet<string> | null = null;
   private shown = false;
   private watching = false;
   private due = false;
@@ -33,6 +35,7 @@ class JobsNow {
   /** Begins to keep up; returns what ends that. */
   start(api: Api): () => void {
     this.api = api;
+    this.earlier = null;
     const wake = () => void this.watch();
     document.addEventListener('visibilitychange', wake);
     wake();
@@ -74,7 +77,11 @@ class JobsNow {
   private async look(api: Api): Promise<void> {
     try {
       const jobs = await api.jobsNow();
-      jobs.filter(goesOn).forEach(({ id }) => this.seen.add(id));
+      const { earlier } = this;
+      // One may begin and end between two answers.
+      const ours = jobs.filter((job) => goesOn(job) || (earlier && !earlier.has(job.id)));
+      ours.forEach(({ id }) => this.seen.add(id));
+      this.earlier ??= new Set(jobs.map(({ id }) => id));
       this.jobs = jobs.filter(({ id }) => this.seen.has(id));
       this.reachable = true;
     } catch {

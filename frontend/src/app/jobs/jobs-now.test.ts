@@ -69,6 +69,17 @@ it('notices a job that is noted, and one while the list is open', async () => {
   expect(ask).toHaveBeenCalledTimes(4);
 });
 
+it('lists a job that begins and ends between two answers', async () => {
+  server = [job('before', 'done')];
+  await started();
+  jobsNow.show(true);
+  await vi.advanceTimersByTimeAsync(3000);
+  expect(jobsNow.ended).toEqual([]);
+  server = [job('short', 'done', 1), job('before', 'done')];
+  await vi.advanceTimersByTimeAsync(2000);
+  expect(jobsNow.ended.map(({ id }) => id)).toEqual(['short']);
+});
+
 it('does not ask while the page is hidden', async () => {
   server = [job('mine', 'running')];
   await started();
