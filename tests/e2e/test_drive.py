@@ -240,9 +240,9 @@ SHAKEN = {
     "velocity": 0.0288,
     "acceleration": 0.1,
     "low": 2.0,
-    "slides": 6,
+    "slides": 9,
 }
-"""Six slides of two seconds."""
+"""Nine slides of two seconds; five of them are to be without a late cycle."""
 
 
 def shake(page: Page, server: Server, lease: str, changes: dict[str, Any]) -> str:
