@@ -102,6 +102,8 @@ def test_two_filters_of_a_notch_s_form_are_its_square() -> None:
         ({"zeros_frequency": 100.0}, "zeros alone differentiate"),
         ({"poles_frequency": 100.0, "poles_damping": 0.001}, "poles_damping"),
         ({"poles_frequency": 1000.0}, "poles_frequency"),
+        ({"poles_frequency": 1e-200}, "at least 1 Hz"),
+        ({"zeros_frequency": 1e-9, "poles_frequency": 100.0}, "at least 1 Hz"),
     ],
 )
 def test_filters_that_cannot_be_are_refused(values: dict[str, float], words: str) -> None:

@@ -273,6 +273,11 @@ def test_a_circle_does_not_excite_enough() -> None:
         found(run=plain, axis="y", variant="B")
 
 
+def test_an_axis_that_does_not_move_is_not_exciting(shaken: str) -> None:
+    with pytest.raises(ConfigError, match="not exciting enough"):
+        found(run=shaken, axis="x", variant="B")
+
+
 def test_columns_are_of_a_run() -> None:
     with pytest.raises(ValidationError, match="name that as run"):
         ResponseRequest.model_validate({"force_column": "F"})

@@ -169,7 +169,7 @@ def test_a_run_is_shaped_on_and_checked_by_a_second(capsys: pytest.CaptureFixtur
     other = shaped(**on_run, second_run=first).check
     assert other is not None
     assert not other.holds
-    assert "is not the proposed one" in other.text
+    assert "not of the same motor under the proposed controller" in other.text
     second = kept(document.changes)
     checked = shaped(**on_run, second_run=second).check
     assert checked is not None
@@ -179,6 +179,30 @@ def test_a_run_is_shaped_on_and_checked_by_a_second(capsys: pytest.CaptureFixtur
     text = capsys.readouterr().out
     assert "a second measurement keeps the margins" in text
     assert "--set variants.A.controller.x.k_p=" in text
+
+
+@pytest.mark.parametrize(
+    ("more", "word"),
+    [
+        ({"variants.A.controller.x.filter_3.poles_frequency": 600.0}, "filter_3"),
+        ({"plant.x.mass": 8.0}, "plant.x.mass"),
+        ({"trajectory.high": 40.0}, "no gain margin up was measured"),
+    ],
+)
+def test_a_second_run_of_something_else_confirms_nothing(more: dict[str, Any], word: str) -> None:
+    on_run = {"axis": "x", "variant": "A", "run": kept({})}
+    changes = shaped(**on_run).changes
+    checked = shaped(**on_run, second_run=kept(changes | more)).check
+    assert checked is not None
+    assert not checked.holds
+    assert word in checked.text
+
+
+def test_a_margin_beyond_the_highest_frequency_is_not_taken_for_kept() -> None:
+    """The mode at 240 Hz lies beyond: a loop that seems stiff enough would oscillate at it."""
+    document = shaped(**RESONANT | {"high": 120.0, "step": 2.08})
+    assert document.changes == {}
+    assert any("gain margin up" in note for note in document.notes)
 
 
 def test_what_cannot_be_shaped_is_refused() -> None:

@@ -6,10 +6,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pydantic import ValidationError
+from pydantic import TypeAdapter, ValidationError
 
 from motionlab.config.multisine import Multisine
-from motionlab.timing import CONTROL_PERIOD
+from motionlab.config.trajectory import TrajectoryConfig
+from motionlab.errors import ConfigError
+from motionlab.timing import CONTROL_PERIOD, to_ticks
 from motionlab.trajectories.multisine import lines_of, slides
 from motionlab.trajectories.reference import Reference, sample
 
@@ -62,12 +64,29 @@ def test_sines_change_the_velocity_by_a_tenth_at_most() -> None:
     assert np.sqrt(0.5 * (speed**2).sum()) <= 0.1 * config.velocity * (1.0 + 1e-9)
 
 
+def test_one_that_lasts_too_long_is_refused_before_it_takes_memory() -> None:
+    config = Multisine.model_validate({"low": 0.2, "slides": 500, "periods": 100})
+    with pytest.raises(ConfigError, match="lasts too long"):
+        sample(config)
+
+
+def test_it_may_be_a_part_of_a_sequence() -> None:
+    parts = [{"kind": "multisine", "axis": "y", "slides": 5}, {"kind": "dwell", "duration": 0.5}]
+    adapter: TypeAdapter[Any] = TypeAdapter(TrajectoryConfig)
+    whole = sample(adapter.validate_python({"kind": "sequence", "parts": parts}))
+    assert whole.ticks > 5 * to_ticks(2.5)
+    wrong = [{**parts[0], "slides": 6, "for_ever": True}, parts[1]]
+    with pytest.raises(ValidationError, match="sequence as a whole"):
+        adapter.validate_python({"kind": "sequence", "parts": wrong})
+
+
 @pytest.mark.parametrize(
     ("fields", "word"),
     [
         ({"low": 10.0, "high": 15.0}, "twice low"),
         ({"slides": 4}, "greater than or equal to 5"),
         ({"axis": "z"}, "'x' or 'y'"),
+        ({"slides": 7, "for_ever": True}, "even number of slides"),
         ({"velocity": 0.0}, "greater than 0"),
     ],
 )

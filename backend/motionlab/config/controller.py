@@ -101,6 +101,12 @@ class FilterConfig(Config):
 
     @model_validator(mode="after")
     def _is_proper_and_stable(self) -> Self:
+        for name in ("zeros_frequency", "poles_frequency"):
+            if 0.0 < (frequency := getattr(self, name)) < _LEAST_FREQUENCY:
+                raise ValueError(
+                    f"{name} must be 0, for none, or at least {_LEAST_FREQUENCY:g} Hz; "
+                    f"got {frequency:g} Hz"
+                )
         if self.zeros_frequency > 0.0 and self.poles_frequency == 0.0:
             raise ValueError(
                 "zeros_frequency needs poles_frequency above 0 Hz: zeros alone differentiate; "
@@ -115,6 +121,7 @@ class FilterConfig(Config):
 
 
 _LEAST_DAMPING = 0.01
+_LEAST_FREQUENCY = 1.0  # Hz
 
 
 class GainsConfig(Config):

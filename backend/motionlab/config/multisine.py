@@ -104,4 +104,9 @@ class Multisine(Config):
     def _rises(self) -> Self:
         if self.high < 2.0 * self.low:
             raise ValueError(f"high must be at least twice low; got {self.high:g} and {self.low:g}")
+        if self.for_ever and self.slides % 2:
+            raise ValueError(
+                "for_ever needs an even number of slides, or it does not end where it begins; "
+                f"got {self.slides}"
+            )
         return self

@@ -63,7 +63,8 @@ class Sequence(Config):
     @model_validator(mode="after")
     def _keeps_its_places(self) -> Self:
         for part in self.parts:
-            if not getattr(part, "for_ever", True):
+            field = type(part).model_fields.get("for_ever")
+            if field is not None and vars(part)["for_ever"] != field.default:
                 raise ValueError("for_ever belongs to the sequence as a whole, not to its parts")
             if isinstance(part, DrawnPath) and part.law == "time_optimal":
                 raise ValueError(

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from motionlab.config.multisine import Multisine
 from motionlab.timing import CONTROL_PERIOD, to_ticks
-from motionlab.trajectories.motion import Piece
+from motionlab.trajectories.motion import Piece, refuse_too_long
 from motionlab.trajectories.motion_profile import smooth_start
 
 Array = NDArray[np.float64]
@@ -137,6 +137,7 @@ def multisine_motion(config: Multisine) -> Piece:
     """Return the slides as one piece that begins and ends at rest."""
     lines = lines_of(config)
     ticks, axis = _ticks(config, lines), "xy".index(config.axis)
+    refuse_too_long(config.slides * ticks)
     moved = ticks - _REST
     travel = config.velocity * (moved - EASE) * CONTROL_PERIOD
     columns = np.zeros((3, config.slides * ticks + 1, 2))

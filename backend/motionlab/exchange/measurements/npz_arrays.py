@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import lzma
 import math
+import tokenize
 import zipfile
 import zlib
 from collections.abc import Callable, Iterator
@@ -29,6 +30,7 @@ NPY = b"\x93NUM"
 _ENTRIES_MAX = 10_000
 _ENDING = ".npy"
 _DAMAGED = (
+    tokenize.TokenError,  # of a header
     OSError,
     EOFError,
     ValueError,

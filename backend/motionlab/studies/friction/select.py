@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from motionlab import __version__
+from motionlab.errors import ExperimentFailed
 from motionlab.library.columns import of_run
 from motionlab.studies.friction.candidates import CANDIDATES, LOADED, LUGRE, STRIBECK, Candidate
 from motionlab.studies.friction.choose import Choice, choose, difference, rms
@@ -57,6 +58,8 @@ def select(
     """
     forces = read(plan, of_run(plan.run.id))
     windows = _windows(plan, forces)
+    if not windows.target.any():
+        raise ExperimentFailed("the force is zero: there is no friction to compare models on")
     bristles = _without_bristles(windows)
     notes = _without_load(windows)
     rough = [fit(windows, STRIBECK), fit(windows, LUGRE)]

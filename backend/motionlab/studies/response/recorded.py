@@ -133,6 +133,12 @@ def plan_recorded(request: ResponseRequest, source: Source | None = None) -> Rec
     first, stop = _part(request, run)
     if run.scenario_document is None:
         return _of_measurement(request, source, run, first, stop)
+    for event in run.events:
+        at = event.tick - run.first_tick
+        if event.kind in {"change", "law"} and first < at < stop:
+            when = float(f"{at * run.period:.4g}")
+            message = "has a controller or motor that is changed at this time; take a part before"
+            raise ConfigError(FieldError("run", f"{message} or after it", when, unit="s"))
     scenario = load_scenario(scenario_at(run, first).model_dump(mode="json"), request.set)
     variant = request.variant or run.variants[0]
     if variant not in run.variants:

@@ -95,11 +95,13 @@ def _about(
     powers = (np.arange(-half, half + 1) / half)[:, None] ** np.arange(ORDER + 1)
     design = np.concatenate([R[here, None] * powers, powers], axis=1)
     scale = np.abs(design).max(axis=0)
+    free = 2 * half + 1 - design.shape[1]
+    if not scale.all():  # nothing moves there
+        return 0j, np.inf, 0.0, free
     inverse = np.linalg.pinv(design / scale)
     both = np.stack([U[here], Y[here]], axis=1)
     rest = both - (design / scale) @ (inverse @ both)
     G_u, G_y = (inverse @ both)[0] / scale[0]
-    free = 2 * half + 1 - design.shape[1]
     # What of the excitation is not smooth over frequency: the ends of any motion are.
     sharp = R[here] - powers @ (np.linalg.pinv(powers) @ R[here])
     power = np.abs(sharp) ** 2

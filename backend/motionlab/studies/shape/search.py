@@ -257,6 +257,8 @@ class Search:
             ("gain_margin", "the gain margin up", 1.0),
             ("gain_reduction", "the gain margin down", -1.0),
         ):
+            if name == "gain_margin" and at[name] is None:
+                missed[title] = 1.0  # not known: the record ends before the phase reaches -180 deg
             if (gain := at[name]) is not None:
                 around = np.abs(np.abs(L) - 1.0 / gain).argmin()
                 missed[title] = 1.0 - (sign * math.log(gain) - float(doubt[around])) / least

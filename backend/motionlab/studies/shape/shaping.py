@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.config.scenario import Scenario
+from motionlab.config.changes import apply_changes
 from motionlab.errors import ConfigError, FieldError
 from motionlab.studies.loop.frequency_sweep import LoopCurve, loop_curve
 from motionlab.studies.response.documents import MarginInterval, MeasuredResponse, ResponseRequest
@@ -47,6 +47,13 @@ _SURE, _LINES_MIN = 0.5, 12
 _SAME = 0.01
 _OF_SHAPE = ("phase_margin", "gain_margin", "step", "filters", "second_run")
 _CERTAIN = 1.96
+_PEAK = 3.5  # standard errors of a resonance: there are hundreds of frequencies
+_NAMED = 6  # differences that are listed
+_NEEDED = {
+    "crossover": "crossover",
+    "phase_margin": "phase margin",
+    "gain_margin": "gain margin up",
+}
 
 
 @dataclass(frozen=True)
@@ -166,7 +173,7 @@ def shape(planned: ShapePlan, progress: Progress | None = None) -> ShapeDocument
         ),
         progress=lambda share: report(_MEASURED + (_SEARCHED - _MEASURED) * share),
     )
-    peaks = significant(f, np.abs(plant), _CERTAIN * deviation / np.abs(plant))
+    peaks = significant(f, np.abs(plant), _PEAK * deviation / np.abs(plant))
     proposed, compliance, worth = search.best(peaks, free_places(controllers.config, request.axis))
     better = compliance < 0.0 or (math.isfinite(compliance) and not search.keeps(before))
     after = rounded(proposed) if better else before
@@ -291,14 +298,16 @@ def _check(
         if not second.own:  # a measurement has no controller: it is taken to have the proposed one
             second = _plan_second(request, planned.source, document.changes)
         measured = measure(second)
-        different = _differences(second.scenario, document.changes) if second.own else []
+        different = _differences(planned, second, document.changes) if second.own else []
     margins = {
         name: each.model_copy(update={"model": document.margins[name].value})
         for name, each in measured.margins.items()
     }
-    missed = _missed(request, margins)
+    missed = _missed(request, margins, measured.frequency[-1])
     if different:
-        text = "the run's controller is not the proposed one: " + "; ".join(different)
+        text = "the run is not of the same motor under the proposed controller: " + "; ".join(
+            different
+        )
     elif missed:
         text = "does not keep the margins: " + "; ".join(missed)
     else:
@@ -312,8 +321,13 @@ def _check(
     )
 
 
-def _missed(request: ShapeRequest, margins: dict[str, MarginInterval]) -> list[str]:
-    missed = []
+def _missed(request: ShapeRequest, margins: dict[str, MarginInterval], highest: float) -> list[str]:
+    """Return which margins are missed; one that was not measured is not kept."""
+    missed = [
+        f"no {title} was measured up to {highest:.4g} Hz"
+        for name, title in _NEEDED.items()
+        if margins[name].value is None
+    ]
     phase = margins["phase_margin"].value
     if phase is not None and phase < request.phase_margin:
         bound = math.degrees(request.phase_margin)
@@ -326,16 +340,42 @@ def _missed(request: ShapeRequest, margins: dict[str, MarginInterval]) -> list[s
     return missed
 
 
-def _differences(scenario: Scenario, changes: dict[str, Any]) -> list[str]:
-    document = scenario.model_dump(mode="json")
+def _differences(planned: ShapePlan, second: RecordedPlan, changes: dict[str, Any]) -> list[str]:
+    """Return in what the second run's motor or controller is not the first's as proposed."""
+    first = planned.response
+    other = "y" if planned.request.axis == "x" else "x"
+    then = apply_changes(first.scenario.model_dump(mode="json"), changes)
     different = []
-    for path, value in changes.items():
-        there: Any = document
-        for key in path.split("."):
-            there = there.get(key) if isinstance(there, dict) else None
-        if not isinstance(there, (int, float)) or abs(there - value) > _SAME * abs(value):
-            different.append(f"{path} is {there}, proposed {value:g}")
-    return different
+    for part in ("plant", f"variants.{first.variant}.controller"):
+        for path, value, here in _leaves(then, second.scenario.model_dump(mode="json"), part):
+            if f".{other}." in path or path.endswith((".name", ".label", ".description")):
+                continue
+            if path in changes and _is_number(here) and abs(here - value) <= _SAME * abs(value):
+                continue
+            if here != value:
+                different.append(f"{path} is {here}, not {value}")
+    return different[:_NAMED]
+
+
+def _leaves(a: Any, b: Any, path: str) -> list[tuple[str, Any, Any]]:
+    """Return paths and values of both documents below a path."""
+    for key in path.split("."):
+        a, b = (each.get(key) if isinstance(each, dict) else None for each in (a, b))
+    return _pairs(a, b, path)
+
+
+def _pairs(a: Any, b: Any, path: str) -> list[tuple[str, Any, Any]]:
+    if not isinstance(a, dict) or not isinstance(b, dict):
+        return [(path, a, b)]
+    return [
+        leaf
+        for key in [*a, *(key for key in b if key not in a)]
+        for leaf in _pairs(a.get(key), b.get(key), f"{path}.{key}")
+    ]
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
 def _decibels(factor: float) -> float:
