@@ -210,6 +210,7 @@ def test_the_loop_is_drawn_as_it_is_measured_and_in_figures(tune: Page, server: 
         r"Measured in [\d.]+ s of sliding.* phase margin [\d.]+ \([\d.]+ to [\d.]+\) °"
     )
     expect(loop).to_contain_text(margins, timeout=SLOW)
+    expect(loop).to_contain_text(re.compile(r"Fitted: mass [\d.]+ ± [\d.]+ kg, delay"))
     page.get_by_role("radio", name="S", exact=True).click()
     expect(loop).not_to_contain_text("Phase")
     # the numbers are there as a table too

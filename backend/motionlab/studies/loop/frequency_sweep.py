@@ -355,8 +355,9 @@ def loop_table(
 def loop_curve(values: Complex) -> LoopCurve:
     """Return a frequency response, its phase unwrapped."""
     phase = np.unwrap(np.angle(values))
-    # An open loop begins at -180 degrees or below; unwrapped from +180 it would lie a turn above.
-    phase -= 2.0 * np.pi * np.round((phase[0] + 0.5 * np.pi) / (2.0 * np.pi))
+    # An open loop begins at -180 degrees, with integral action at -270; a turn above, it would be
+    # compared with others amiss. A closed one begins about 0.
+    phase -= 2.0 * np.pi * np.round((phase[0] + 0.75 * np.pi) / (2.0 * np.pi))
     return LoopCurve(magnitude=_figures(np.abs(values)), phase=_figures(phase))
 
 

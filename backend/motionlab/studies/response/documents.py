@@ -10,7 +10,11 @@ from motionlab.config.plant import OURS
 from motionlab.config.quantity import quantity, si
 from motionlab.library.run import ID as RUN_ID
 from motionlab.loop.margins import NYQUIST
-from motionlab.studies.loop.frequency_sweep import FrequencySweepDocument, LoopCurve
+from motionlab.studies.loop.frequency_sweep import (
+    FrequencySweepDocument,
+    LoopCurve,
+    ResponseDocument,
+)
 from motionlab.studies.tune.documents import AxisRequest
 
 
@@ -121,6 +125,55 @@ class MarginInterval(BaseModel):
     model: float | None = Field(description="Of the linearised loop at the same frequencies")
 
 
+class PlantValue(BaseModel):
+    """A parameter of the fitted model, SI."""
+
+    value: float
+    error: float = Field(
+        description="Standard error; grows with the residual where that exceeds the intervals"
+    )
+    model: float | None = Field(description="The same fitted to the linearised plant")
+
+
+class FittedMode(BaseModel):
+    """A mode, ``(coupling/mass)/(s^2 + 2 damping w s + w^2)`` with ``w = 2 pi frequency``."""
+
+    frequency: PlantValue = Field(description="Undamped, Hz")
+    damping: PlantValue = Field(description="Damping ratio, 1")
+    coupling: PlantValue = Field(description="Over that of the mass, 1")
+
+
+class FittedPlant(BaseModel):
+    """A rational model of the measured plant, of as many terms as it supports.
+
+    ``exp(-s delay)/(1 + s lag) (1/(mass s^2 + damping s + stiffness) + modes)``, whose command is
+    held over `period`.
+    """
+
+    mass: PlantValue = Field(description="That a newton of command moves, kg")
+    delay: PlantValue = Field(description="Besides the holding of the command, s")
+    lag: PlantValue | None = Field(description="First-order lag of the force, s")
+    damping: PlantValue | None = Field(description="Viscous friction about the velocity, N s/m")
+    stiffness: PlantValue | None = Field(description="N/m")
+    modes: list[FittedMode]
+    misfit: float = Field(
+        description="RMS of the residual for each degree of freedom, over the standard deviation "
+        "of the lines; 1 where intervals explain it"
+    )
+    residual: list[float] = si(
+        "Of each measured line: distance from the model, over half of the 95 % interval", "1"
+    )
+    period: float = si("For which each command is held", "s")
+    zeros: list[tuple[float, float]] = Field(
+        description="Without the delay, real and imaginary part, rad/s"
+    )
+    poles: list[tuple[float, float]] = Field(description="As `zeros`")
+    gain: float = Field(description="Of the highest powers of s, so that P = gain times products")
+    loop: ResponseDocument = Field(description="The loop with the model as its plant")
+    plant: LoopCurve = Field(description="The model at the frequencies of `loop`, sampled, m/N")
+    margins: dict[str, float | None] = Field(description="Of that loop, as `margins` of all")
+
+
 class MeasuredResponse(FrequencySweepDocument):
     """The loop of one axis with the plant as it was measured, or as far as it has been."""
 
@@ -129,6 +182,9 @@ class MeasuredResponse(FrequencySweepDocument):
     margins: dict[str, MarginInterval] = Field(
         description="crossover, Hz, phase_margin, rad, gain_margin and gain_reduction: factors by "
         "which the gain may grow, and to which it may fall, before the loop is unstable"
+    )
+    fitted: FittedPlant | None = Field(
+        default=None, description="A model of the plant; null before the last slide"
     )
     run: str | None = Field(default=None, description="That was read; null of an experiment")
     warnings: list[str] = Field(default=[], description="What a reader must know")

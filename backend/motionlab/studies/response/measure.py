@@ -37,6 +37,7 @@ from motionlab.studies.response.documents import (
     ResponseRequest,
 )
 from motionlab.studies.response.estimate import Estimate, Slides, estimate
+from motionlab.studies.response.fitted import fitted_plant
 from motionlab.studies.response.margins import NAMES, intervals, measured_margins
 from motionlab.studies.response.recorded import (
     RecordedEstimate,
@@ -283,8 +284,10 @@ def _document(
     )
     controller = loop.controller.response(f)
     L, model = of_plant.response * controller, loop.open(f)
-    spread = dict.fromkeys(NAMES)
+    spread, fitted = dict.fromkeys(NAMES), None
     if whole:
+        period = CONTROL_PERIOD if isinstance(planned, ResponsePlan) else planned.run.period
+        fitted = fitted_plant(request, planned.variant, measured, period)
         spread = intervals(f, L, of_plant.deviation * np.abs(controller), request.seed)
     here, there = measured_margins(f, L), measured_margins(f, model)
     return MeasuredResponse(
@@ -296,6 +299,7 @@ def _document(
             name: MarginInterval(value=here[name], interval=spread[name], model=there[name])
             for name in NAMES
         },
+        fitted=fitted,
         run=request.run,
         slides=measured.slides,
         periods=measured.periods,

@@ -10,7 +10,12 @@ import numpy as np
 
 from motionlab.files import complete_file
 from motionlab.reports.tables import table
-from motionlab.studies.response.documents import MarginInterval, MeasuredResponse
+from motionlab.studies.response.documents import (
+    FittedPlant,
+    MarginInterval,
+    MeasuredResponse,
+    PlantValue,
+)
 
 _ROWS = 16  # frequencies of the text
 _MARGINS: dict[str, tuple[str, Callable[[float], float]]] = {
@@ -35,6 +40,8 @@ def report(result: MeasuredResponse) -> str:
     ]
     rows = margin_rows(result.margins)
     lines += [table(("open loop", "measured", "95 %", "linearised"), rows, right=(1, 2, 3)), ""]
+    if result.fitted is not None:
+        lines += [*_fitted(result.fitted, result.frequency), ""]
     plant, model = result.plant, result.linearised_plant
     count = len(result.frequency)
     some = np.unique(np.linspace(0, count - 1, min(_ROWS, count)).round().astype(int)).tolist()
@@ -71,6 +78,43 @@ def margin_rows(margins: dict[str, MarginInterval]) -> list[list[str]]:
     return rows
 
 
+_FITTED: dict[str, tuple[str, float]] = {
+    "mass": ("mass, kg", 1.0),
+    "delay": ("delay, ms", 1e3),
+    "lag": ("lag, ms", 1e3),
+    "damping": ("damping, N s/m", 1.0),
+    "stiffness": ("stiffness, N/mm", 1e-3),
+}
+_MODE: dict[str, str] = {"frequency": "Hz", "damping": "damping ratio", "coupling": "coupling"}
+_NORMAL = 1.96
+
+
+def _fitted(model: FittedPlant, frequency: list[float]) -> list[str]:
+    """Return the parameters of the fitted model, and how far it is right."""
+    rows = []
+
+    def row(title: str, each: PlantValue | None, factor: float) -> None:
+        if each is not None:
+            half = _NORMAL * factor * each.error
+            # Two figures of the interval, and no more of the value.
+            places = min(12, max(0, 1 - math.floor(math.log10(half)))) if half > 0.0 else 6
+            known = [each.value] if each.model is None else [each.value, each.model]
+            shown = [f"{factor * value:.{places}f}" for value in known]
+            rows.append([title, shown[0], f"{half:.{places}f}", *(shown[1:] or ["-"])])
+
+    for name, (title, factor) in _FITTED.items():
+        row(title, getattr(model, name), factor)
+    for number, mode in enumerate(model.modes, 1):
+        for name, unit in _MODE.items():
+            row(f"mode {number}, {unit}", getattr(mode, name), 1.0)
+    worst = max(range(len(frequency)), key=model.residual.__getitem__)
+    return [
+        table(("fitted model", "measured", "95 % +-", "linearised"), rows, right=(1, 2, 3)),
+        f"misfit {model.misfit:.3g} (1: intervals explain it); worst at {frequency[worst]:.4g} Hz, "
+        f"by {model.residual[worst]:.3g} times half of the interval",
+    ]
+
+
 def write(result: MeasuredResponse, path: str) -> None:
     """Write one row a frequency as CSV, SI.
 
@@ -91,6 +135,13 @@ def write(result: MeasuredResponse, path: str) -> None:
         columns[f"{name}.phase [rad]"] = curve.phase
     for name in ("interval", "noise", "distortion", "coherence"):
         columns[f"plant.{name} [1]"] = getattr(measured, name)
+    if result.fitted is not None:
+        at = {f: k for k, f in enumerate(result.fitted.loop.frequency)}
+        rows = [at[f] for f in result.frequency]
+        curve = result.fitted.plant
+        columns["fitted.magnitude [m/N]"] = [curve.magnitude[k] for k in rows]
+        columns["fitted.phase [rad]"] = [curve.phase[k] for k in rows]
+        columns["fitted.residual [1]"] = result.fitted.residual
     with (
         complete_file(path) as partial,
         partial.open("w", newline="", encoding="utf-8") as file,

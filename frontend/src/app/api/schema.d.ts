@@ -6492,6 +6492,86 @@ export interface components {
             worst_current: number;
         };
         /**
+         * FittedMode
+         * @description A mode, ``(coupling/mass)/(s^2 + 2 damping w s + w^2)`` with ``w = 2 pi frequency``.
+         */
+        FittedMode: {
+            /** @description Undamped, Hz */
+            frequency: components["schemas"]["PlantValue"];
+            /** @description Damping ratio, 1 */
+            damping: components["schemas"]["PlantValue"];
+            /** @description Over that of the mass, 1 */
+            coupling: components["schemas"]["PlantValue"];
+        };
+        /**
+         * FittedPlant
+         * @description A rational model of the measured plant, of as many terms as it supports.
+         *
+         *     ``exp(-s delay)/(1 + s lag) (1/(mass s^2 + damping s + stiffness) + modes)``, whose command is
+         *     held over `period`.
+         */
+        FittedPlant: {
+            /** @description That a newton of command moves, kg */
+            mass: components["schemas"]["PlantValue"];
+            /** @description Besides the holding of the command, s */
+            delay: components["schemas"]["PlantValue"];
+            /** @description First-order lag of the force, s */
+            lag: components["schemas"]["PlantValue"] | null;
+            /** @description Viscous friction about the velocity, N s/m */
+            damping: components["schemas"]["PlantValue"] | null;
+            /** @description N/m */
+            stiffness: components["schemas"]["PlantValue"] | null;
+            /** Modes */
+            modes: components["schemas"]["FittedMode"][];
+            /**
+             * Misfit
+             * @description RMS of the residual for each degree of freedom, over the standard deviation of the lines; 1 where intervals explain it
+             */
+            misfit: number;
+            /**
+             * Residual
+             * @description Of each measured line: distance from the model, over half of the 95 % interval
+             */
+            residual: number[];
+            /**
+             * Period
+             * @description For which each command is held
+             */
+            period: number;
+            /**
+             * Zeros
+             * @description Without the delay, real and imaginary part, rad/s
+             */
+            zeros: [
+                number,
+                number
+            ][];
+            /**
+             * Poles
+             * @description As `zeros`
+             */
+            poles: [
+                number,
+                number
+            ][];
+            /**
+             * Gain
+             * @description Of the highest powers of s, so that P = gain times products
+             */
+            gain: number;
+            /** @description The loop with the model as its plant */
+            loop: components["schemas"]["ResponseDocument"];
+            /** @description The model at the frequencies of `loop`, sampled, m/N */
+            plant: components["schemas"]["LoopCurve"];
+            /**
+             * Margins
+             * @description Of that loop, as `margins` of all
+             */
+            margins: {
+                [key: string]: number | null;
+            };
+        };
+        /**
          * FittedValue
          * @description One number of a motor that was fitted to a run.
          */
@@ -10206,6 +10286,8 @@ export interface components {
             margins: {
                 [key: string]: components["schemas"]["MarginInterval"];
             };
+            /** @description A model of the plant; null before the last slide */
+            fitted?: components["schemas"]["FittedPlant"] | null;
             /**
              * Run
              * @description That was read; null of an experiment
@@ -12169,6 +12251,24 @@ export interface components {
             force: "phases" | "ideal";
             x: components["schemas"]["AxisConfig"];
             y: components["schemas"]["AxisConfig"];
+        };
+        /**
+         * PlantValue
+         * @description A parameter of the fitted model, SI.
+         */
+        PlantValue: {
+            /** Value */
+            value: number;
+            /**
+             * Error
+             * @description Standard error; grows with the residual where that exceeds the intervals
+             */
+            error: number;
+            /**
+             * Model
+             * @description The same fitted to the linearised plant
+             */
+            model: number | null;
         };
         /**
          * PlatformDocument

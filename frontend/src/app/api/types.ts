@@ -98,6 +98,7 @@ export type AxisLandscape = Schemas['AxisLandscape'];
 export type LoopResponse = Schemas['ResponseDocument'];
 /** The loop with the plant as it was measured. */
 export type MeasuredLoop = Schemas['MeasuredResponse'];
+export type PlantValue = Schemas['PlantValue'];
 /** Gains and filters proposed on a measured response. */
 export type ShapedLoop = Schemas['ShapeDocument'];
 /** Eqs (39) to (42) of one axis, and the simulation. */

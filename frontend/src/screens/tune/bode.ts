@@ -1,6 +1,6 @@
 /** What the Bode plots are given: the linearised loops, and what was measured. */
 
-import type { LoopResponse, MeasuredLoop } from '../../app/api/types';
+import type { PlantValue, LoopResponse, MeasuredLoop } from '../../app/api/types';
 import type { Mark, Series } from '../../plot/types';
 import { digits } from '../../ui/units';
 import { inDecibels, inDegrees } from '../../parts/loop/margins';
@@ -20,6 +20,7 @@ export interface Shown {
 
 const LOWEST = 1; // Hz
 const DEGREES = 180 / Math.PI;
+const NORMAL = 1.96; // half of a 95 % interval, over the standard error
 
 /** Frequencies below the plot are left out, so that its axis fits what is shown. */
 function within({ frequency }: LoopResponse, values: readonly number[]): [number[], number[]] {
@@ -67,6 +68,17 @@ export function measuredSeries(
   const speed = `${String(Number(digits(measured.velocity * 1e3)))} mm/s`;
   return [
     { name: `linear, ${speed}`, x, y, kind: 'line', ink: 'muted', dash: 'dot' },
+    ...(measured.fitted
+      ? [
+          {
+            name: `fitted${of}`,
+            x: measured.fitted.loop.frequency,
+            y: scaled(measured.fitted.loop),
+            kind: 'line' as const,
+            ink: 'good' as const,
+          },
+        ]
+      : []),
     {
       name: `measured${of}, ${speed}`,
       x: measured.frequency,
@@ -114,6 +126,31 @@ export function measuredText({ margins, velocity, seconds }: MeasuredLoop): stri
   ];
   const minute = `${digits(seconds)} s of sliding at ${digits(velocity * 1e3)} mm/s`;
   return `Measured in ${minute}: ${margin.join(', ')}. In brackets 95 % intervals.`;
+}
+
+/** The model that was fitted to a measured plant, as a sentence; empty where there is none. */
+export function fittedText({ fitted }: MeasuredLoop): string {
+  if (!fitted) return '';
+  const of = (name: string, value: PlantValue | null | undefined, unit: string, factor = 1) => {
+    if (!value) return [];
+    const half = NORMAL * value.error * factor;
+    // Two figures of the interval, and no more of the value.
+    const places = half > 0 ? Math.min(12, Math.max(0, 1 - Math.floor(Math.log10(half)))) : 6;
+    const size = (value.value * factor).toFixed(places).replace('-', '−');
+    return [`${name} ${size} ± ${half.toFixed(places)} ${unit}`.trim()];
+  };
+  const parts = [
+    ...of('mass', fitted.mass, 'kg'),
+    ...of('delay', fitted.delay, 'ms', 1e3),
+    ...of('lag', fitted.lag, 'ms', 1e3),
+    ...of('damping', fitted.damping, 'N s/m'),
+    ...of('stiffness', fitted.stiffness, 'N/mm', 1e-3),
+    ...fitted.modes.flatMap(({ frequency, damping }) => [
+      ...of('mode at', frequency, 'Hz'),
+      ...of('its damping', damping, ''),
+    ]),
+  ];
+  return `Fitted: ${parts.join(', ')}; misfit ${digits(fitted.misfit)} (1: intervals explain it).`;
 }
 
 /** Frequency, of those where `values` crosses `level`, at which `distance` is least. */
