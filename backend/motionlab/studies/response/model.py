@@ -209,20 +209,20 @@ class _Fitting:
             return ((self.plant - of) / self.deviation).view(np.float64)
 
         inside = np.clip(first, below + 1e-6 * scale, above - 1e-6 * scale)
-        found = least_squares(rest, inside, bounds=(below, above), x_scale=scale, max_nfev=80)
-        if not np.isfinite(found.fun).all():
+        solution = least_squares(rest, inside, bounds=(below, above), x_scale=scale, max_nfev=80)
+        if not np.isfinite(solution.fun).all():
             return None
-        count, free = len(found.fun), len(found.fun) - len(first)
-        total = 2.0 * float(found.fun @ found.fun)  # each part has half of the variance
-        jacobian = found.jac * scale
+        count, free = len(solution.fun), len(solution.fun) - len(first)
+        total = 2.0 * float(solution.fun @ solution.fun)  # each part has half of the variance
+        jacobian = solution.jac * scale
         covariance = np.linalg.pinv(jacobian.T @ jacobian) * 0.5 * max(1.0, total / free)
         criterion = count * np.log(max(total / count, 1e-12)) + len(first) * np.log(count)
         return FittedModel(
             terms,
-            found.x,
+            solution.x,
             np.sqrt(np.diag(covariance)) * scale,
             self.period,
-            found.fun.view(np.complex128),
+            solution.fun.view(np.complex128),
             float(criterion),
         )
 
