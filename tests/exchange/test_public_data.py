@@ -111,7 +111,7 @@ def emps(path: Path) -> None:
 
 def test_emps(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     emps(folder / "DATA_EMPS.mat")
-    importing, identifying = commands("EMPS")
+    importing, identifying, comparing = commands("EMPS")
     out = run(importing, capsys)
     assert "gtau: not read, is a single number, 35.1506519" in out
     assert "M.x.following_error: computed" in out
@@ -123,6 +123,11 @@ def test_emps(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for v in (0.03, 0.06, 0.09, 0.12):
         fitted = F_c + (F_s - F_c) * np.exp(-((v / v_s) ** 2)) + sigma_2 * v
         assert fitted == pytest.approx(EMPS["F_c"] + EMPS["sigma_2"] * v, rel=0.02)
+    compared = json.loads(run(comparing, capsys, "--json"))
+    assert compared["selected"] == "coulomb"
+    (coulomb,) = (each for each in compared["models"] if each["name"] == "coulomb")
+    for name, value in EMPS.items():
+        assert coulomb["parameters"][name]["value"] == pytest.approx(value, rel=2e-3)
 
 
 def test_hsm150(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 import motionlab
 from motionlab.cli import main
-from motionlab.errors import ConfigError
+from motionlab.errors import ConfigError, ExperimentFailed
 from motionlab.studies.friction.documents import FrictionModelsDocument, FrictionModelsRequest
 from motionlab.studies.friction.record import plan
+from motionlab.studies.friction.report import report
 from motionlab.studies.friction.select import select
 from tests.studies.friction import lab_motor
 from tests.studies.friction.one_axis_machine import PERIOD, Machine, recorded, sines
@@ -168,6 +169,37 @@ def test_noise_is_explained_by_no_model(tmp_path: Path) -> None:
     assert any("no model explains" in reason for reason in result.reasons)
 
 
+@pytest.mark.parametrize("noise", [0.0, 0.02])
+def test_a_constant_force_has_no_parameters(tmp_path: Path, noise: float) -> None:
+    record = recorded(machine("lugre"), sines(SINES[:3]))
+    rng = np.random.default_rng(0)
+    record["push [N]"] = 3.0 + noise * rng.standard_normal(len(record["push [N]"]))
+    if noise == 0.0:
+        with pytest.raises(ExperimentFailed, match=r"the force is 3 N throughout"):
+            own(tmp_path, record)
+        return
+    result = own(tmp_path, record)
+    assert result.selected is None
+    assert [reason.split(":")[0] for reason in result.reasons] == ["no model explains the force"]
+    assert all(model.parameters == {} for model in result.models)
+    assert "v_s" not in report(result)
+
+
+def test_an_effect_is_compared_with_its_parameters(tmp_path: Path) -> None:
+    """Elements that yield at one force, as Dahl has them, in a record of static friction."""
+    record = recorded(machine("coulomb"), sines(SINES))
+    result = own(tmp_path, record, effects=["dahl", "static-stribeck"])
+    assert result.selected == "coulomb", result.reasons
+    (stribeck,) = (each for each in result.models if each.name == "static-stribeck")
+    assert stribeck.error < 1.1 * min(each.error for each in result.models)
+    smoothing = stribeck.parameters["smoothing_velocity"]
+    assert (smoothing.unit, stribeck.complexity) == ("m/s", 8)
+    assert smoothing.value == pytest.approx(1e-4, rel=0.1)
+    assert [each.complexity for each in result.models] == sorted(
+        each.complexity for each in result.models
+    )
+
+
 @pytest.fixture(scope="module")
 def run(_data: None, tmp_path_factory: pytest.TempPathFactory) -> str:
     record = recorded(machine("stribeck"), sines(SINES[:3]))
@@ -187,6 +219,10 @@ def run(_data: None, tmp_path_factory: pytest.TempPathFactory) -> str:
         ({"start": 1e6}, "start"),
         ({"start": 1.0, "end": 1.01}, "end"),
         ({"bandwidth": 400.0}, "bandwidth"),
+        ({"effects": ["nothing"]}, "effects.0"),
+        ({"effects": ["dahl", "cogging"]}, "effects.1"),
+        ({"effects": ["gms"]}, "effects.0"),
+        ({"effects": ["dahl", "dahl"]}, "effects.1"),
     ],
 )
 def test_wrong_input_is_refused(run: str, request_: dict[str, Any], loc: str) -> None:

@@ -15,8 +15,8 @@ elements are those of `motionlab.effects.gms` with the attraction ``C = r F_s``.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -79,7 +79,7 @@ Columns = Callable[[Path, Array], Array]
 """Takes a path and sets of shape numbers, (sets, shapes); returns (sets, columns, n)."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Candidate:
     """A friction model.
 
@@ -97,6 +97,16 @@ class Candidate:
         Names of these.
     parameters : callable
         ``parameters(shapes and linear numbers by name)``: the usual parameters by name.
+    whole : bool
+        Whether the first column is the force itself, without a linear number.
+    starts : ndarray, shape (sets, shapes), or None
+        Where a search begins, in place of those of `shapes`.
+    refused : callable
+        Whether shape numbers do not go together.
+    units : mapping
+        Units of parameters of which `motionlab.studies.friction.units` does not know.
+    may_be_zero : frozenset of str
+        Parameters that may be zero: intervals far larger than their value say something.
     """
 
     name: str
@@ -106,6 +116,11 @@ class Candidate:
     forces: Columns
     linear: tuple[str, ...]
     parameters: Callable[[dict[str, float]], dict[str, float]]
+    whole: bool = False
+    starts: Array | None = None
+    refused: Callable[[Array], bool] = lambda _: False
+    units: Mapping[str, str] = field(default_factory=dict)
+    may_be_zero: frozenset[str] = frozenset()
 
 
 # -- forces ---------------------------------------------------------------------------------------
@@ -250,6 +265,7 @@ LOADED = Candidate(
     _loaded,
     ("F_s", "mu", "sigma_2"),
     lambda n: _of_lugre(n) | {"mu": n["mu"]},
+    may_be_zero=frozenset({"mu"}),
 )
 CANDIDATES = (COULOMB, STRIBECK, LUGRE, GMS, LOADED)
 """In the order of their complexity."""

@@ -68,6 +68,8 @@ class Choice:
         Why, in sentences.
     friction : float
         RMS of the best model's friction, N.
+    explained : bool
+        Whether the best model explains the force.
     """
 
     best: str
@@ -75,6 +77,7 @@ class Choice:
     among: tuple[str, ...]
     reasons: tuple[str, ...]
     friction: float
+    explained: bool
 
 
 def rms(errors: Array) -> float:
@@ -139,14 +142,16 @@ def choose(
                 among.append(other)
                 reasons.append(why)
     friction = _friction(fits[best])
-    if rms(errors[best]) > _UNEXPLAINED * friction:
+    explained = rms(errors[best]) <= _UNEXPLAINED * friction
+    if not explained:
         among = [*fits, *left_out]
-        reasons.append(
+        reasons = [
             f"no model explains the force: the best leaves {rms(errors[best]):.3g} of a friction "
             f"of {friction:.3g} RMS"
-        )
+        ]
     selected = among[0] if len(among) == 1 else None
-    return Choice(best, selected, tuple(among), tuple(reasons), friction)
+    reasons = [*dict.fromkeys(reasons)]
+    return Choice(best, selected, tuple(among), tuple(reasons), friction, explained)
 
 
 def _is_possible(fitted: Fit) -> bool:
@@ -163,6 +168,8 @@ def _friction(fitted: Fit) -> float:
 def _hidden(windows: Windows, fits: Mapping[str, Fit], one: str, other: str) -> str | None:
     """Return why a record cannot show what another model adds to one, or None if it would."""
     pair: tuple[Candidate, Candidate] = fits[one].candidate, fits[other].candidate
+    if pair[1].whole:
+        return None  # what an effect adds is not known
     if pair == (COULOMB, STRIBECK):
         return _hidden_stiction(windows, fits[one])
     if pair[0] in {COULOMB, STRIBECK}:

@@ -6,9 +6,20 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from motionlab.config.quantity import si
+from motionlab.config.quantity import choices, si
+from motionlab.declarations import NAME_MAX
+from motionlab.effects import EFFECTS, Effect
 from motionlab.library.run import ID
 from motionlab.studies.identify.documents import RecordOptions
+
+
+def comparable() -> list[Effect]:
+    """Return the effects of friction; LuGre and GMS are compared anyway."""
+    return [each for each in EFFECTS.values() if each.friction and each.name not in _ANYWAY]
+
+
+_ANYWAY = frozenset({"lugre", "gms"})
+"""Effects that are models already."""
 
 
 class FrictionModelsRequest(RecordOptions):
@@ -22,8 +33,16 @@ class FrictionModelsRequest(RecordOptions):
         description="Column of the normal force of the guide; left out: normal_force of the "
         "variant, or that of the currents by the force map of the driving variant",
     )
+    effects: list[Annotated[str, Field(min_length=1, max_length=NAME_MAX)]] = Field(
+        default_factory=list,
+        max_length=4,
+        description="Effects of friction, such as one's own, that are compared too",
+        json_schema_extra=choices(*((each.name, each.label) for each in comparable())),
+    )
     scenario: str | dict[str, Any] = Field(
-        default="circle", description="Whose force map makes thrust of recorded currents"
+        default="circle",
+        description="Whose force map makes thrust of recorded currents, and at whose friction "
+        "parameters of effects begin that have no default",
     )
     set: dict[str, Any] = Field(
         default_factory=dict, max_length=4096, description="Dotted path to value, SI"
@@ -59,7 +78,9 @@ class FrictionModel(_Document):
     difference: float = Field(description="Of that error to the least one")
     difference_error: float = Field(description="Its standard error")
     fitted: float = Field(description="RMS force that a fit to the whole record leaves")
-    parameters: dict[str, ModelParameter]
+    parameters: dict[str, ModelParameter] = Field(
+        description="Of the fit to the whole record; none where no model explains the force"
+    )
 
 
 class FrictionModelsDocument(_Document):

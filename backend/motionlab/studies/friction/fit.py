@@ -17,6 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
+from motionlab.errors import ExperimentFailed
+from motionlab.lanes import WIDTH
 from motionlab.studies.friction.candidates import Candidate, Path
 from motionlab.studies.friction.units import Machine
 from motionlab.studies.identify.fit import scatter, student
@@ -32,7 +34,7 @@ together."""
 HIDDEN = 5e-6
 """Displacement that the filter may hide at a reversal, m."""
 
-_MAY_BE_ZERO = frozenset({"f_0", "lag", "mu"})
+_MAY_BE_ZERO = frozenset({"f_0", "lag"})
 _AT_ALL = 10.0
 """Half of an interval, as a share of any other value, beyond which its figure says nothing."""
 
@@ -43,6 +45,8 @@ _FARTHEST = 1.5  # of a step
 _SETTLED = 1e-4  # change of the sum of squares that ends it, 1
 _ROUGH, _STARTS = 3, 2
 """Steps from each start, and the searches that go on."""
+_TRIED = 5
+"""Starts of a model without a decisive number from which a search steps."""
 _TINY, _STIFFEST = 1e-30, 1e7
 _FAINT = 1e-9  # of the largest column; a fainter one gets nothing
 _NEIGHBOURS = 41
@@ -154,7 +158,11 @@ class Fit(NamedTuple):
     jacobian: Array
 
 
-def _solved(table: Array, target: Array, rows: Mask) -> Array:
+def _solved(table: Array, target: Array, rows: Mask, whole: bool) -> Array:
+    """Return the linear numbers; that of a column which is a force itself is 1."""
+    if whole:
+        others = _solved(table[:, 1:], target - table[:, 0], rows, whole=False)
+        return np.append(1.0, others)
     chosen = table[rows]
     length = np.linalg.norm(chosen, axis=0)
     length = np.maximum(length, _FAINT * length.max())
@@ -185,8 +193,8 @@ class _Search:
     def rests(self, shapes: Array) -> tuple[Array, Array, Array]:
         """Return tables, linear numbers and rests of sets of shape numbers."""
         tables = self.windows.table(self.candidate, np.exp(shapes))
-        target = self.windows.target
-        linear = np.stack([_solved(table, target, self.rows) for table in tables])
+        target, whole = self.windows.target, self.candidate.whole
+        linear = np.stack([_solved(table, target, self.rows, whole) for table in tables])
         rests = np.stack([target - t @ x for t, x in zip(tables, linear, strict=True)])
         return tables, linear, rests
 
@@ -197,16 +205,16 @@ class _Search:
         steps = np.concatenate([np.zeros((1, count)), _STEP * np.eye(count)])
         shape = np.clip(shape, low, high - _STEP)
         tables, linear, rests = self.rests(shape + steps)
-        before = self._squares(rests[0])
+        before = self._sum(rests[0])
         for _ in range(rounds):
-            slopes = (rests[1:] - rests[0])[:, self.rows].T / _STEP
+            slopes = np.nan_to_num((rests[1:] - rests[0])[:, self.rows].T / _STEP)
             gram, gradient = slopes.T @ slopes, slopes.T @ rests[0][self.rows]
             size = np.diag(np.maximum(np.diag(gram), 1e-9 * max(before, _TINY)))
             after, tried = np.inf, shape
             while damping < _STIFFEST:
                 step = np.linalg.solve(gram + damping * size, -gradient)
                 tried = np.clip(shape + np.clip(step, -_FARTHEST, _FARTHEST), low, high - _STEP)
-                after = self._squares(self.rests(tried[None])[2][0])
+                (after,) = self.squares(tried[None])
                 if after <= before:
                     break
                 damping *= 10.0
@@ -221,8 +229,15 @@ class _Search:
         jacobian = np.concatenate([tables[0], np.array(curves).T], axis=1)
         return Fit(self.candidate, shape, linear[0], rests[0], jacobian)
 
-    def _squares(self, rest: Array) -> float:
-        return float(np.sum(rest[self.rows] ** 2))
+    def squares(self, shapes: Array) -> list[float]:
+        """Return sums of squares; infinite where shape numbers do not go together."""
+        refused = map(self.candidate.refused, np.exp(shapes))
+        rests = self.rests(shapes)[2]
+        return [np.inf if no else self._sum(r) for no, r in zip(refused, rests, strict=True)]
+
+    def _sum(self, rest: Array) -> float:
+        total = float(np.sum(rest[self.rows] ** 2))
+        return total if np.isfinite(total) else np.inf
 
 
 def fit(windows: Windows, candidate: Candidate, like: Fit | None = None) -> Fit:
@@ -238,23 +253,43 @@ def fit(windows: Windows, candidate: Candidate, like: Fit | None = None) -> Fit:
         Of a simpler model, at whose shape numbers the search begins too.
     """
     search = _Search(windows, candidate, np.ones(len(windows.target), dtype=bool))
-    names, scale = _names(candidate), _scales(windows, candidate)
+    starts = _starts(windows, candidate, like)
+    groups = [starts[k : k + WIDTH] for k in range(0, len(starts), WIDTH)]
+    squares = [square for group in groups for square in search.squares(group)]
+    best = _best(candidate, starts, squares)
+    if not np.isfinite([squares[k] for k in best]).any():
+        raise ExperimentFailed(f"{candidate.label} gives no finite force along this motion")
+    rough = [search.fit(starts[k], _ROUGH) for k in best if np.isfinite(squares[k])]
+    rough.sort(key=_sum_of_squares)
+    fits = [search.fit(each.shape, _ROUNDS) for each in rough[:_STARTS]]
+    return min(fits, key=_sum_of_squares)
+
+
+def _starts(windows: Windows, candidate: Candidate, like: Fit | None) -> Array:
+    """Return logarithms of shape numbers, (sets, shapes)."""
+    if candidate.starts is not None:
+        return np.log(candidate.starts)
+    scale = _scales(windows, candidate)
     known = {} if like is None else dict(zip(_names(like.candidate), like.shape, strict=True))
     lists = []
     for shape, unit in zip(candidate.shapes, scale, strict=True):
         starts = [float(np.log(start * unit)) for start in shape.starts]
         lists.append([known[shape.name]] if shape.name in known else starts)
-    starts = np.array([*itertools.product(*lists)])
-    squares = [float(np.sum(search.rests(start[None])[2] ** 2)) for start in starts]
+    return np.array([*itertools.product(*lists)])
+
+
+def _best(candidate: Candidate, starts: Array, squares: list[float]) -> list[int]:
+    """Return the starts that are worth a few steps, best first."""
+    order = sorted(range(len(starts)), key=lambda k: squares[k])
+    if candidate.starts is not None:
+        return order[:_TRIED]
     # The best of each Stribeck velocity: sums of squares have several minima along it.
+    names = _names(candidate)
     decisive = names.index("v_s") if "v_s" in names else 0
     best: dict[float, int] = {}
-    for k in sorted(range(len(starts)), key=lambda k: squares[k]):
+    for k in order:
         best.setdefault(starts[k][decisive], k)
-    rough = [search.fit(starts[k], _ROUGH) for k in best.values()]
-    rough.sort(key=_sum_of_squares)
-    fits = [search.fit(each.shape, _ROUNDS) for each in rough[:_STARTS]]
-    return min(fits, key=_sum_of_squares)
+    return [*best.values()]
 
 
 def _sum_of_squares(fitted: Fit) -> float:
@@ -338,16 +373,17 @@ def parameters_of(windows: Windows, fitted: Fit) -> dict[str, Estimate]:
     The covariance is the jackknife's over blocks of the record, `motionlab.studies.identify.fit`.
     """
     candidate = fitted.candidate
-    names = [*candidate.linear, *windows.names, *_names(candidate)]
-    numbers = np.append(fitted.linear, fitted.shape)
-    count = len(fitted.linear)
+    first = int(candidate.whole)  # no number goes with a column that is a force itself
+    names = [*candidate.linear[first:], *windows.names, *_names(candidate)]
+    numbers = np.append(fitted.linear[first:], fitted.shape)
+    count = len(fitted.linear) - first
 
     def named(of: Array) -> dict[str, float]:
         plain = dict(zip(names, [*of[:count], *np.exp(of[count:])], strict=True))
         more = {name: plain[name] for name in windows.names if name != "within"}
         return candidate.parameters(plain) | more
 
-    spread = scatter(fitted.jacobian, fitted.rest, windows.block)
+    spread = scatter(fitted.jacobian[:, first:], fitted.rest, windows.block)
     known = np.where(np.isfinite(spread.errors), spread.errors, 0.0)
     covariance = spread.correlation * np.outer(known, known)
     values = named(numbers)
@@ -369,7 +405,7 @@ def parameters_of(windows: Windows, fitted: Fit) -> dict[str, Estimate]:
             degrees = spread.degrees[on][int(np.argmax(parts))]
             variance = float(slope[on] @ covariance[np.ix_(on, on)] @ slope[on])
             half = float(student(degrees)) * float(np.sqrt(max(variance, 0.0)))
-        if name not in _MAY_BE_ZERO and half > _AT_ALL * abs(value):
+        if name not in _MAY_BE_ZERO | candidate.may_be_zero and half > _AT_ALL * abs(value):
             half = np.inf
         estimates[name] = Estimate(float(value), half)
     return estimates

@@ -9,11 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motionlab.analysis.columns import Columns
+from motionlab.config.load import load_scenario
 from motionlab.errors import ConfigError, FieldError
 from motionlab.force_sharing.pole_pitch import forces_over
 from motionlab.kernel.force_maps import map_lanes
 from motionlab.library.run import RunDetail
+from motionlab.plant.friction import LuGre
+from motionlab.studies.friction.candidates import Candidate
 from motionlab.studies.friction.documents import FrictionModelsRequest
+from motionlab.studies.friction.own import candidates_of
 from motionlab.studies.friction.units import FORCES, LENGTHS, NEWTONS, Machine, factor_of
 from motionlab.studies.identify.documents import IdentifyRequest, RecordOptions
 from motionlab.studies.identify.record.force import RecordForce, force_of
@@ -58,6 +62,8 @@ class FrictionPlan:
         Position, force, and the normal force where it is a column.
     factors : tuple of float
         Of each, to m, N or what stands for them.
+    friction : LuGre
+        Of the scenario, plain numbers: where parameters of effects begin that have no default.
     """
 
     request: FrictionModelsRequest
@@ -67,6 +73,11 @@ class FrictionPlan:
     experiment: RecordExperiment | None
     columns: tuple[str, ...]
     factors: tuple[float, ...]
+    friction: LuGre
+
+    def effects(self) -> tuple[Candidate, ...]:
+        """Return the effects of friction that are compared too."""
+        return candidates_of(self.request.effects, self.friction, self.machine)
 
 
 def plan(request: FrictionModelsRequest, source: Any = None) -> FrictionPlan:
@@ -75,8 +86,15 @@ def plan(request: FrictionModelsRequest, source: Any = None) -> FrictionPlan:
     Raises
     ------
     ConfigError
-        If there is no such run, it lacks a column, a unit is wrong, or it is sampled too slowly.
+        If there is no such run, it lacks a column, a unit is wrong, it is sampled too slowly, or an
+        effect cannot be compared.
     """
+    checked = _plan(request, source)
+    checked.effects()
+    return checked
+
+
+def _plan(request: FrictionModelsRequest, source: Any) -> FrictionPlan:
     run = kept_run(request.run)
     bandwidth = bandwidth_of(request, run)
     check_part(request, run, bandwidth, samples_max=SAMPLES_MAX)
@@ -90,10 +108,12 @@ def plan(request: FrictionModelsRequest, source: Any = None) -> FrictionPlan:
     if normal is None and prefix + _NORMAL in units:
         normal = prefix + _NORMAL
     beside = () if normal is None else (normal,)
+    friction = _friction(request, source)
     newtons = tuple(factor_of("normal_force", name, units, NEWTONS)[1] for name in beside)
     if request.force in {None, CURRENTS} and _is_lab(run, units, prefix):
         experiment = _experiment(request, source)
-        return FrictionPlan(request, run, bandwidth, Machine("m", "N"), experiment, beside, newtons)
+        lab = Machine("m", "N")
+        return FrictionPlan(request, run, bandwidth, lab, experiment, beside, newtons, friction)
     names = (
         request.position or _first("position", units, prefix, _POSITIONS),
         request.force or _first("force", units, prefix, _FORCES),
@@ -104,7 +124,16 @@ def plan(request: FrictionModelsRequest, source: Any = None) -> FrictionPlan:
     )
     machine = Machine(length[0], force[0])
     factors = (length[1] * machine.metres, force[1], *newtons)
-    return FrictionPlan(request, run, bandwidth, machine, None, (*names, *beside), factors)
+    columns = (*names, *beside)
+    return FrictionPlan(request, run, bandwidth, machine, None, columns, factors, friction)
+
+
+def _friction(request: FrictionModelsRequest, source: Any) -> LuGre:
+    if not request.effects:
+        return LuGre(*[0.0] * len(LuGre._fields))
+    scenario = load_scenario(request.scenario if source is None else source, request.set)
+    friction = getattr(scenario.plant, request.axis).friction
+    return LuGre(**friction.model_dump(exclude={"enabled"}))
 
 
 def _is_lab(run: RunDetail, units: dict[str, str], prefix: str) -> bool:

@@ -10,7 +10,7 @@ from motionlab.studies.friction.documents import FrictionModelsDocument
 def report(result: FrictionModelsDocument) -> str:
     """Return what is selected and why, errors of the models, and the selected one's parameters."""
     unit = result.force_unit
-    labels = {candidate.name: candidate.label for candidate in CANDIDATES}
+    labels = {each.name: each.label for each in (*CANDIDATES, *result.models)}
     if result.selected is not None:
         verdict = labels[result.selected]
     else:
@@ -31,8 +31,10 @@ def report(result: FrictionModelsDocument) -> str:
         for model in result.models
     ]
     heads = ("model", "parameters", f"held-out error, {unit}", "more than the least")
-    lines += [table(heads, rows, right=(1, 2, 3)), ""]
+    lines.append(table(heads, rows, right=(1, 2, 3)))
     shown = next(m for m in result.models if m.name == (result.selected or result.best))
+    if not shown.parameters:
+        return "\n".join(lines)
     rows = [
         [
             name,
@@ -42,5 +44,5 @@ def report(result: FrictionModelsDocument) -> str:
         ]
         for name, p in shown.parameters.items()
     ]
-    lines.append(table((shown.label, "value", "95 %, +-", "unit"), rows, right=(1, 2)))
+    lines += ["", table((shown.label, "value", "95 %, +-", "unit"), rows, right=(1, 2))]
     return "\n".join(lines)

@@ -35,6 +35,8 @@ _ROUNDS = 3
 _FEWEST_REVERSALS, _FEWEST_WINDOWS = 4, 40
 """Reversals, and windows about them, without which no bristle is tried."""
 
+_STEADY = 1e-6
+"""Change of the force, as a share of its largest, within which it is constant."""
 _CONSTANT = 0.05
 """Change of the normal force, as a share of its mean, below which it is no cause."""
 
@@ -58,8 +60,7 @@ def select(
     """
     forces = read(plan, of_run(plan.run.id))
     windows = _windows(plan, forces)
-    if not windows.target.any():
-        raise ExperimentFailed("the force is zero: there is no friction to compare models on")
+    _check_force(windows)
     bristles = _without_bristles(windows)
     notes = _without_load(windows)
     rough = [fit(windows, STRIBECK), fit(windows, LUGRE)]
@@ -70,7 +71,7 @@ def select(
         each
         for each in CANDIDATES
         if (bristles is None or not _has_bristle(each)) and (notes is None or each is not LOADED)
-    ]
+    ] + [*plan.effects()]
     fits: dict[str, Fit] = {}
     errors: dict[str, Array] = {}
     lugre: Fit | None = None
@@ -84,8 +85,21 @@ def select(
     if notes is not None:
         left_out.pop(LOADED.name, None)
     choice = choose(windows, fits, errors, left_out)
-    models = [_model(windows, fits[name], errors[name], errors[choice.best]) for name in fits]
+    best = errors[choice.best]
+    models = [
+        _model(windows, fits[name], errors[name], best, choice.explained)
+        for name in sorted(fits, key=lambda name: fits[name].candidate.order)
+    ]
     return _document(plan, windows, models, choice, [] if notes is None else [notes])
+
+
+def _check_force(windows: Windows) -> None:
+    force = windows.motion.of(windows.motion.force, 0)[windows.used]
+    if not np.ptp(force) > _STEADY * np.max(np.abs(force)):
+        raise ExperimentFailed(
+            f"the force is {float(force.mean()):.3g} {windows.machine.force} throughout: there is "
+            "no friction to compare models on"
+        )
 
 
 def _windows(plan: FrictionPlan, forces: Forces) -> Windows:
@@ -148,7 +162,9 @@ def _without_load(windows: Windows) -> str | None:
     return f"{LOADED.label} is not tried: the normal force, {mean:.3g} N, hardly changes"
 
 
-def _model(windows: Windows, fitted: Fit, errors: Array, best: Array) -> FrictionModel:
+def _model(
+    windows: Windows, fitted: Fit, errors: Array, best: Array, explained: bool
+) -> FrictionModel:
     gap = difference(errors, best, windows.block)
     candidate = fitted.candidate
     return FrictionModel(
@@ -160,8 +176,8 @@ def _model(windows: Windows, fitted: Fit, errors: Array, best: Array) -> Frictio
         difference_error=gap.error,
         fitted=rms(fitted.rest),
         parameters={
-            key: _parameter(windows, key, estimate)
-            for key, estimate in parameters_of(windows, fitted).items()
+            key: _parameter(windows, candidate, key, estimate)
+            for key, estimate in (parameters_of(windows, fitted) if explained else {}).items()
         },
     )
 
@@ -212,8 +228,12 @@ def _normal_source(plan: FrictionPlan, windows: Windows) -> str | None:
     return last or "currents"
 
 
-def _parameter(windows: Windows, name: str, estimate: Estimate) -> ModelParameter:
+def _parameter(
+    windows: Windows, candidate: Candidate, name: str, estimate: Estimate
+) -> ModelParameter:
     unit, factor = windows.machine.unit_of(name)
+    if name in candidate.units:
+        unit, factor = candidate.units[name], 1.0
     value, half = factor * estimate.value, factor * estimate.half
     known = np.isfinite(half)
     return ModelParameter(

@@ -13,18 +13,19 @@ examples:
   motionlab friction-models r-abcdefghijkl
   motionlab friction-models "morning" --axis y --variant A
   motionlab friction-models robot --position angle --force torque --normal-force preload
+  motionlab friction-models "morning" --effect dahl --effect my-friction --laws laws
 
 `motionlab docs identify` has the method, and how often it is right.
 """
-_APART = {"run", "set", "scenario", "start", "end", "normal_force"}
+_APART = {"run", "set", "scenario", "start", "end", "normal_force", "effects"}
 
 
 class FrictionModelsStudy(Study):
     """Select among friction models by their held-out error on a run, or say why it cannot.
 
-    Coulomb-viscous, Stribeck, LuGre, GMS, and LuGre with friction that grows with the normal force,
-    each with intervals. The run may be of any machine of one axis: position, and force, torque or
-    current.
+    Coulomb-viscous, Stribeck, LuGre, GMS, LuGre with friction that grows with the normal force, and
+    effects of friction of one's own, each with intervals. The run may be of any machine of one
+    axis: position, and force, torque or current.
     """
 
     kind = "friction-models"
@@ -59,6 +60,13 @@ class FrictionModelsStudy(Study):
         parser.add_argument("--to", dest="end", type=float, metavar="S", help="end, s")
         parser.add_argument(
             "--normal-force", metavar="COLUMN", help="column of the normal force (default: known)"
+        )
+        parser.add_argument(
+            "--effect",
+            dest="effects",
+            metavar="NAME",
+            action="append",
+            help="an effect of friction, such as one's own, that is compared too (repeatable)",
         )
         add_fields(parser, self.request_model, set(_APART))
 

@@ -970,9 +970,9 @@ export interface paths {
          * Which friction model a run supports
          * @description Select among friction models by their held-out error on a run, or say why it cannot.
          *
-         *     Coulomb-viscous, Stribeck, LuGre, GMS, and LuGre with friction that grows with the normal force,
-         *     each with intervals. The run may be of any machine of one axis: position, and force, torque or
-         *     current.
+         *     Coulomb-viscous, Stribeck, LuGre, GMS, LuGre with friction that grows with the normal force, and
+         *     effects of friction of one's own, each with intervals. The run may be of any machine of one
+         *     axis: position, and force, torque or current.
          */
         post: operations["selectFrictionModel"];
         delete?: never;
@@ -7228,7 +7228,10 @@ export interface components {
              * @description RMS force that a fit to the whole record leaves
              */
             fitted: number;
-            /** Parameters */
+            /**
+             * Parameters
+             * @description Of the fit to the whole record; none where no model explains the force
+             */
             parameters: {
                 [key: string]: components["schemas"]["ModelParameter"];
             };
@@ -23473,6 +23476,11 @@ export interface operations {
                      * @description Column of the normal force of the guide; left out: normal_force of the variant, or that of the currents by the force map of the driving variant
                      */
                     normal_force?: string | null;
+                    /**
+                     * Effects
+                     * @description Effects of friction, such as one's own, that are compared too
+                     */
+                    effects?: string[];
                     /**
                      * Scenario
                      * @default circle

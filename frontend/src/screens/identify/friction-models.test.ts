@@ -24,14 +24,15 @@ const result = {
 describe('friction models', () => {
   it('takes run and columns of the form', () => {
     const body = { scenario: 'circle', set: {}, speeds: [], run: 'r-1', record: { mass: 5 } };
-    expect(modelsRequest(body as unknown as Body, 'y')).toEqual({
+    expect(modelsRequest(body as unknown as Body, 'y', ['mine'])).toEqual({
       scenario: 'circle',
       set: {},
       run: 'r-1',
       axis: 'y',
       mass: 5,
+      effects: ['mine'],
     });
-    expect(modelsRequest({ ...body, run: null } as unknown as Body, 'x')).toBeNull();
+    expect(modelsRequest({ ...body, run: null } as unknown as Body, 'x', [])).toBeNull();
   });
 
   it('has a row for each model, and the selected one', () => {

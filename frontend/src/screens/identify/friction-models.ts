@@ -17,10 +17,14 @@ export interface ModelRow {
   selected: boolean;
 }
 
-/** Returns the request of models on one axis of the run that the form reads. */
-export function modelsRequest(body: Body, axis: 'x' | 'y'): ModelsRequest | null {
+/** Returns the request of models, and effects, on one axis of the run that the form reads. */
+export function modelsRequest(
+  body: Body,
+  axis: 'x' | 'y',
+  effects: readonly string[],
+): ModelsRequest | null {
   const { run, record, scenario, set } = body;
-  return run ? { ...record, run, axis, scenario, set } : null;
+  return run ? { ...record, run, axis, scenario, set, effects: [...effects] } : null;
 }
 
 export function modelRows({ models, best, selected, force_unit }: FrictionModels): ModelRow[] {
