@@ -137,9 +137,9 @@ def refusal(run_id: str, **more: Any) -> str:
     [
         ({"variant": "C"}, "variant: is no variant of the run; got 'C'; allowed one of A, B"),
         ({"other": "A"}, "other: is the controller that was recorded"),
-        ({"start": 5.0, "end": 6.0}, "end: leaves too short a stretch; got 1"),
+        ({"start": 5.0, "end": 6.0}, "end: leaves too short a part; got 1.0; allowed >= 3 s"),
         ({"start": 99.0}, "start: lies after the end of the run; got 99.0"),
-        ({"start": 5.0, "end": 4.0}, "end: leaves too short a stretch; got -1"),
+        ({"start": 5.0, "end": 4.0}, "end: is before the start; got 4.0; allowed > 5 s"),
         ({"set": {"variants.B.controller.learnt": True}}, "adds a learnt force"),
         ({"set": {"variants.B.controller.x.k_p": -1}}, "variants.B.controller.x.k_p"),
         ({"run": "r-aaaaaaaaaaaa"}, "no run 'r-aaaaaaaaaaaa'"),

@@ -256,7 +256,7 @@ def test_a_measurement_of_a_machine_tells_its_response(
     [
         ({"run": "r-aaaaaaaaaaaa"}, "run"),
         ({"variant": "C"}, "no variant of the run"),
-        ({"start": 100.0}, "leaves nothing"),
+        ({"start": 100.0}, "start: lies after the end"),
         ({"end": 10.0}, "too few whole slides"),
     ],
 )

@@ -84,15 +84,6 @@ def add_fields(parser: Any, model: type[BaseModel], known: set[str]) -> None:
             add(metavar="TEXT")
 
 
-def add_part(parser: Any) -> None:
-    """Add the part of a run that is read."""
-    for flags, dest, text in (
-        (("--from", "--start"), "start", "part of the run that is read, from, default 0"),
-        (("--to", "--end"), "end", "until; default: its end"),
-    ):
-        parser.add_argument(*flags, dest=dest, metavar="S", type=float, help=text)
-
-
 def source(options: argparse.Namespace) -> str | Path | dict[str, Any]:
     """Return the scenario: a shipped one by name, the path of a file, or tables from stdin.
 

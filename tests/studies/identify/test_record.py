@@ -329,7 +329,7 @@ def test_what_cannot_be_identified_from_is_refused(tmp_path: Path) -> None:
         ({"position": "M.x.current_a"}, "x", "record.position", "has a unit other than m"),
         ({"bandwidth": 200.0}, "x", "record.bandwidth", "too large for a rate of 2000 Hz"),
         ({"variant": "B"}, "x", "record.variant", "is no variant of the run"),
-        ({"start": 100.0}, "x", "record.start", "leaves nothing"),
+        ({"start": 100.0}, "x", "record.start", "lies after the end"),
         ({"start": 1.0, "end": 1.01}, "x", "record.end", "less than a period of the filter"),
         ({"force": "M.x.force_command"}, "both", "axis", "of one axis"),
     ],

@@ -39,6 +39,11 @@ class FrictionModelsRequest(RecordOptions):
         description="Effects of friction, such as one's own, that are compared too",
         json_schema_extra=choices(*((each.name, each.label) for each in comparable())),
     )
+    normal_force_magnitude: bool = Field(
+        default=False,
+        description="Whether the normal force is the magnitude of its column, such as the force or "
+        "torque of a gear",
+    )
     scenario: str | dict[str, Any] = Field(
         default="circle",
         description="Whose force map makes thrust of recorded currents, and at whose friction "

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from motionlab.analysis.columns import Columns
 from motionlab.config.load import load_scenario
-from motionlab.errors import ConfigError, FieldError
+from motionlab.errors import ConfigError
 from motionlab.force_sharing.pole_pitch import forces_over
 from motionlab.kernel.force_maps import map_lanes
 from motionlab.library.run import RunDetail
@@ -24,21 +24,26 @@ from motionlab.studies.identify.record.force import RecordForce, force_of
 from motionlab.studies.identify.record.motion import Record
 from motionlab.studies.identify.record.plan import (
     CURRENTS,
+    SHORT,
     RecordExperiment,
     bandwidth_of,
-    check_part,
-    kept_run,
-    part_of,
     plan_record,
 )
+from motionlab.studies.record.columns import (
+    FORCE_CHANNELS,
+    PHASES,
+    POSITION_CHANNELS,
+    column_of,
+    units_of,
+    variant_of,
+)
+from motionlab.studies.record.part import kept_run, part_of
 
 Array = NDArray[np.float64]
 
 SAMPLES_MAX = 240_000
 """Most samples: two minutes at 2 kHz."""
 
-_POSITIONS = ("position_measured", "position")
-_FORCES = ("force_realised", "force_command", "thrust")
 _NORMAL = "normal_force"
 
 
@@ -97,13 +102,10 @@ def plan(request: FrictionModelsRequest, source: Any = None) -> FrictionPlan:
 def _plan(request: FrictionModelsRequest, source: Any) -> FrictionPlan:
     run = kept_run(request.run)
     bandwidth = bandwidth_of(request, run)
-    check_part(request, run, bandwidth, samples_max=SAMPLES_MAX)
-    units = {column["name"]: column["unit"] for column in run.columns}
-    variant = request.variant or (run.variants[0] if run.variants else "M")
-    if request.variant is not None and variant not in run.variants:
-        allowed = "one of " + ", ".join(run.variants)
-        raise ConfigError(FieldError("variant", "is no variant of the run", variant, allowed))
-    prefix = f"{variant}.{request.axis}."
+    least = 1.0 / bandwidth
+    part_of(request, run, seconds_min=least, samples_max=SAMPLES_MAX, short=SHORT)
+    units = units_of(run)
+    prefix = f"{variant_of(request.variant, run)}.{request.axis}."
     normal = request.normal_force
     if normal is None and prefix + _NORMAL in units:
         normal = prefix + _NORMAL
@@ -115,8 +117,8 @@ def _plan(request: FrictionModelsRequest, source: Any) -> FrictionPlan:
         lab = Machine("m", "N")
         return FrictionPlan(request, run, bandwidth, lab, experiment, beside, newtons, friction)
     names = (
-        request.position or _first("position", units, prefix, _POSITIONS),
-        request.force or _first("force", units, prefix, _FORCES),
+        column_of(request.position, units, loc="position", prefix=prefix, names=POSITION_CHANNELS),
+        column_of(request.force, units, loc="force", prefix=prefix, names=FORCE_CHANNELS),
     )
     length, force = (
         factor_of(loc, name, units, known)
@@ -138,7 +140,7 @@ def _friction(request: FrictionModelsRequest, source: Any) -> LuGre:
 
 def _is_lab(run: RunDetail, units: dict[str, str], prefix: str) -> bool:
     """Return whether a run has currents of the lab's motor, or followed a scenario."""
-    currents = all(f"{prefix}current_{phase}" in units for phase in "abc")
+    currents = all(f"{prefix}current_{phase}" in units for phase in PHASES)
     return currents or run.scenario_document is not None
 
 
@@ -156,15 +158,6 @@ def _experiment(request: FrictionModelsRequest, source: Any) -> RecordExperiment
     except ConfigError as error:
         errors = [replace(e, loc=e.loc.removeprefix("record.")) for e in error.errors]
         raise ConfigError(*errors) from error
-
-
-def _first(loc: str, units: dict[str, str], prefix: str, names: tuple[str, ...]) -> str:
-    for name in names:
-        if prefix + name in units:
-            return prefix + name
-    missing = ", ".join(prefix + name for name in names)
-    some = ", ".join(list(units)[:20])
-    raise ConfigError(FieldError(loc, f"the run has none of {missing}; name a column", None, some))
 
 
 @dataclass(frozen=True)
@@ -195,17 +188,24 @@ class Forces:
 
 def read(plan: FrictionPlan, columns: Columns) -> Forces:
     """Return position, force and normal force of a run."""
-    first, last = part_of(plan.request, plan.run)
+    _, first, last = part_of(plan.request, plan.run, samples_max=SAMPLES_MAX)
     values = np.empty((0, last - first))
     if plan.columns:
         values = columns.read(plan.columns)[:, first:last].astype(np.float64)
         values *= np.array(plan.factors)[:, None]
     if plan.experiment is None:
         record = Record(plan.run.period, values[0], values[1])
-        return Forces(record, values[2] if len(values) > 2 else None, None)
+        return Forces(record, _sized(plan, values[2] if len(values) > 2 else None), None)
     source = force_of(plan.experiment, plan.request.axis, columns)
     normal = values[0] if len(values) else _normal(plan.experiment, source)
-    return Forces(source.record, normal, source)
+    return Forces(source.record, _sized(plan, normal), source)
+
+
+def _sized(plan: FrictionPlan, normal: Array | None) -> Array | None:
+    """Return a normal force, or its magnitude where that is meant."""
+    if normal is None or not plan.request.normal_force_magnitude:
+        return normal
+    return np.abs(normal)
 
 
 def _normal(experiment: RecordExperiment, source: RecordForce) -> Array | None:

@@ -37,6 +37,9 @@ _FEWEST_REVERSALS, _FEWEST_WINDOWS = 4, 40
 
 _STEADY = 1e-6
 """Change of the force, as a share of its largest, within which it is constant."""
+_SIGNED = 0.01
+"""Share of samples of either sign from which a normal force is doubted."""
+
 _CONSTANT = 0.05
 """Change of the normal force, as a share of its mean, below which it is no cause."""
 
@@ -90,7 +93,8 @@ def select(
         _model(windows, fits[name], errors[name], best, choice.explained)
         for name in sorted(fits, key=lambda name: fits[name].candidate.order)
     ]
-    return _document(plan, windows, models, choice, [] if notes is None else [notes])
+    remarks = [each for each in (notes, _signed(plan, forces)) if each is not None]
+    return _document(plan, windows, models, choice, remarks)
 
 
 def _check_force(windows: Windows) -> None:
@@ -160,6 +164,20 @@ def _without_load(windows: Windows) -> str | None:
     if spread > _CONSTANT * abs(mean):
         return None
     return f"{LOADED.label} is not tried: the normal force, {mean:.3g} N, hardly changes"
+
+
+def _signed(plan: FrictionPlan, forces: Forces) -> str | None:
+    """Return a warning of a normal force of both signs."""
+    normal = forces.normal
+    if normal is None or not plan.columns:
+        return None
+    negative = float(np.mean(normal[np.isfinite(normal)] < 0.0))
+    if not _SIGNED < negative < 1.0 - _SIGNED:
+        return None
+    return (
+        f"{plan.columns[-1]} is negative in {100.0 * negative:.3g} % of the record, which no "
+        "normal force is: if its magnitude loads the guide, set normal_force_magnitude"
+    )
 
 
 def _model(

@@ -6,18 +6,19 @@ import argparse
 from typing import Any
 
 from motionlab.studies.options import add_fields, set_options
+from motionlab.studies.record.options import add_columns, add_part
 from motionlab.studies.study import Study, StudyCommand, lazy
 
 _EXAMPLES = """\
 examples:
   motionlab friction-models r-abcdefghijkl
   motionlab friction-models "morning" --axis y --variant A
-  motionlab friction-models robot --position angle --force torque --normal-force preload
+  motionlab friction-models robot --position-column angle --force-column torque
   motionlab friction-models "morning" --effect dahl --effect my-friction --laws laws
 
 `motionlab docs identify` has the method, and how often it is right.
 """
-_APART = {"run", "set", "scenario", "start", "end", "normal_force", "effects"}
+_APART = {"run", "set", "scenario", "start", "end", "position", "force", "normal_force", "effects"}
 
 
 class FrictionModelsStudy(Study):
@@ -56,10 +57,13 @@ class FrictionModelsStudy(Study):
         parser.add_argument(
             "--scenario", metavar="NAME", help="whose force map is used (default: circle)"
         )
-        parser.add_argument("--from", dest="start", type=float, metavar="S", help="begin, s")
-        parser.add_argument("--to", dest="end", type=float, metavar="S", help="end, s")
+        add_part(parser)
+        add_columns(parser, position="position", force="force", normal_force="normal_force")
         parser.add_argument(
-            "--normal-force", metavar="COLUMN", help="column of the normal force (default: known)"
+            "--normal-force-magnitude",
+            action="store_true",
+            default=None,
+            help="the normal force is the magnitude of its column",
         )
         parser.add_argument(
             "--effect",

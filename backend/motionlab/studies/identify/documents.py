@@ -15,6 +15,7 @@ from motionlab.config.scenario import VariantName
 from motionlab.config.validation_errors import checked
 from motionlab.library.motors import Motor
 from motionlab.library.run import ID as RUN_ID
+from motionlab.studies.record.part import PartOptions
 
 SPEEDS = tuple(float(f"{v:.4g}") for v in np.geomspace(0.5e-3, 0.15, 32))
 """Speeds of the uniform motions, m/s: 0.5 to 150 mm/s, each as far from the next in ratio."""
@@ -74,7 +75,7 @@ class ForceRamps(Config):
         return self
 
 
-class RecordOptions(Config):
+class RecordOptions(PartOptions):
     """Columns and filter of a run; chosen automatically where left out."""
 
     variant: VariantName | None = Field(
@@ -110,24 +111,6 @@ class RecordOptions(Config):
         default=None,
         ge=0.1,
         le=1000.0,
-    )
-    start: float = quantity(
-        "Where the part of the run that is used begins",
-        label="from",
-        unit="s",
-        source=OURS,
-        default=0.0,
-        ge=0.0,
-        le=1e9,
-    )
-    end: float | None = quantity(
-        "Where it ends; left out: the end of the run",
-        label="to",
-        unit="s",
-        source=OURS,
-        default=None,
-        gt=0.0,
-        le=1e9,
     )
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from motionlab.errors import ConfigError, FieldError
 from motionlab.studies.options import set_options
+from motionlab.studies.record.options import add_columns, add_part
 from motionlab.studies.study import RequestLimits, Study, StudyCommand, above, lazy
 
 if TYPE_CHECKING:
@@ -23,12 +24,13 @@ examples:
 
   motionlab identify --run r-abcdefghijkl --axis x --mass 5.9
   motionlab identify --run r-abcdefghijkl --motor rig-7
-  motionlab identify --run r-abcdefghijkl --axis x --position Pos --force Kraft --from 2 --to 60
+  motionlab identify --run r-abcdefghijkl --axis x --position-column Pos --force-column F --from 2
 
 Speeds are in m/s, each run both ways; forces come out in the newtons of the controller's command.
 """
 _OF_A_RUN = {
-    **{f"--{name}": name for name in ("motor", "position", "force", "mass", "bandwidth")},
+    **{f"--{name}": name for name in ("motor", "mass", "bandwidth")},
+    **{f"--{name}-column": name for name in ("position", "force")},
     **{"--run-variant": "run_variant", "--from": "start", "--to": "end"},
 }
 """Options that say something of a run, and where they are kept."""
@@ -153,25 +155,14 @@ class IdentifyStudy(Study):
             help="save the run's simulated motor with what was identified, as plant=NAME",
         )
         record.add_argument("--run-variant", metavar="NAME", help="variant of the run (its first)")
-        record.add_argument(
-            "--position",
-            metavar="COLUMN",
-            help="column of the position (default: position_measured)",
-        )
-        record.add_argument(
-            "--force",
-            metavar="COLUMN",
-            help="column of the force, or currents (currents, force_realised, force_command, "
-            "thrust: the first there is)",
-        )
+        add_columns(record, position="position", force="force")
         record.add_argument(
             "--mass", metavar="KG", type=float, help="moving mass, kg (default: identified too)"
         )
         record.add_argument(
             "--bandwidth", metavar="HZ", type=float, help="of the filter, Hz (default: 50, or less)"
         )
-        record.add_argument("--from", dest="start", metavar="S", type=float, help="begin, s")
-        record.add_argument("--to", dest="end", metavar="S", type=float, help="end, s")
+        add_part(record)
 
     def after(self, result: IdentificationDocument, options: argparse.Namespace) -> None:
         """Write the file of ``--out``, and save the motor of ``--motor``."""

@@ -6,16 +6,16 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from motionlab.config.plant import OURS
-from motionlab.config.quantity import Config, quantity, si
+from motionlab.config.quantity import si
 from motionlab.config.scenario import VariantName
 from motionlab.library.run import ID
+from motionlab.studies.record.part import PartOptions
 
 SECONDS_MIN, SECONDS_MAX = 3.0, 300.0
 """Shortest and longest stretch, s."""
 
 
-class MinuteRequest(Config):
+class MinuteRequest(PartOptions):
     """A stretch of a run, and the controller that it did not have."""
 
     run: str = Field(pattern=ID, description="Identifier of a kept run")
@@ -32,22 +32,6 @@ class MinuteRequest(Config):
         max_length=4096,
         description="Changes of the run's scenario for the controller that is tried: dotted path "
         "to value, SI",
-    )
-    start: float = quantity(
-        "Beginning of the stretch, from the first sample on",
-        label="start",
-        unit="s",
-        source=OURS,
-        default=0.0,
-        ge=0,
-    )
-    end: float | None = quantity(
-        "Its end; null: that of the run",
-        label="end",
-        unit="s",
-        source=OURS,
-        default=None,
-        gt=0,
     )
     members: int = Field(
         default=24, ge=8, le=200, description="Motors within the fit's errors that are simulated"

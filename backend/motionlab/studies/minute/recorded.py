@@ -13,11 +13,19 @@ from motionlab.config.changes import apply_changes
 from motionlab.config.load import epochs, load_scenario
 from motionlab.config.planar import AXES
 from motionlab.config.scenario import LoadConfig, Scenario
-from motionlab.errors import Busy, ConfigError, FieldError, Unknown
+from motionlab.errors import ConfigError, FieldError
 from motionlab.library.columns import of_run
-from motionlab.library.library import library
 from motionlab.library.run import RunDetail
 from motionlab.studies.minute.documents import SECONDS_MAX, SECONDS_MIN, MinuteRequest
+from motionlab.studies.record.columns import variant_of
+from motionlab.studies.record.part import (
+    Part,
+    first_stretch,
+    kept_run,
+    part_of,
+    rounded,
+    without_gaps,
+)
 from motionlab.timing import CONTROL_PERIOD, to_ticks
 from motionlab.trajectories.reference import Reference
 
@@ -134,23 +142,27 @@ def plan(request: MinuteRequest, source: object = None) -> MinutePlan:
         without controllers, a part without samples, of drives that stopped, at a limit, too short
         or without reversals.
     """
-    run = _run(request)
+    run = kept_run(request.run)
+    if not np.isclose(run.period, CONTROL_PERIOD):
+        message = "is not sampled once a control period"
+        raise ConfigError(FieldError("run", message, run.period, f"{CONTROL_PERIOD:g}", "s"))
     if run.scenario_document is None:
         message = "is a measurement without controllers: only a run of the lab's own has them"
         raise ConfigError(FieldError("run", message, request.run))
-    first, stop = _part(request, run)
-    then = scenario_at(run, first)
+    longest = to_ticks(SECONDS_MAX)
+    part = part_of(request, run, seconds_min=SECONDS_MIN, samples_max=longest)
+    variant = variant_of(request.variant, run)
+    part, axes, warnings = _read(part, variant)
+    then = scenario_at(run, part.first)
     now = load_scenario(_tables(then), request.set)
-    variant = _variant(request.variant, run.variants, "variant", run.variants[0])
     letters = list(now.variants)
-    other = _variant(request.other, letters, "other", letters[min(1, len(letters) - 1)])
+    other = _letter(request.other, letters, "other", letters[min(1, len(letters) - 1)])
     if now.variants[other].controller.learnt:
         message = "adds a learnt force, which belongs to laps: the stretch has none"
         raise ConfigError(FieldError(f"variants.{other}.controller.learnt", message, value=True))
     if variant == other and now.variants[other] == then.variants[variant]:
         message = "is the controller that was recorded; change it by `set`, or name another"
         raise ConfigError(FieldError("other", message, other))
-    axes, warnings = _read(run, variant, first, stop)
     reversing_axes = tuple(axis for axis, each in axes.items() if each.reversals >= REVERSALS_MIN)
     if not reversing_axes:
         message = "reverses too seldom: friction cannot be distinguished from a constant force"
@@ -168,44 +180,8 @@ def plan(request: MinuteRequest, source: object = None) -> MinutePlan:
         if axis not in reversing_axes and np.abs(each.reference[1]).max() > _STILL
     ]
     return MinutePlan(
-        request, run, first, then, now, variant, other, axes, reversing_axes, tuple(warnings)
+        request, run, part.first, then, now, variant, other, axes, reversing_axes, tuple(warnings)
     )
-
-
-def _run(request: MinuteRequest) -> RunDetail:
-    try:
-        run = library().complete(request.run)
-    except (Unknown, Busy) as error:
-        raise ConfigError(FieldError("run", str(error), request.run, "a kept run")) from error
-    if not np.isclose(run.period, CONTROL_PERIOD):
-        message = "is not sampled once a control period"
-        raise ConfigError(FieldError("run", message, run.period, f"{CONTROL_PERIOD:g}", "s"))
-    return run
-
-
-def _part(request: MinuteRequest, run: RunDetail) -> tuple[int, int]:
-    """Return the samples that are read, [first, stop)."""
-    first = to_ticks(request.start)
-    if first >= run.ticks:
-        raise ConfigError(
-            FieldError(
-                "start",
-                "lies after the end of the run",
-                request.start,
-                unit="s",
-                bounds={"exclusive_maximum": run.ticks * CONTROL_PERIOD},
-            )
-        )
-    stop = run.ticks if request.end is None else min(run.ticks, to_ticks(request.end))
-    seconds = (stop - first) * CONTROL_PERIOD
-    if not SECONDS_MIN <= seconds <= SECONDS_MAX:
-        short = seconds < SECONDS_MIN
-        message = "leaves too short a stretch" if short else "leaves too long a stretch"
-        whole = request.end is None and request.start == 0.0
-        loc = "run" if whole and short else "end" if request.end is not None else "start"
-        bounds = f"{SECONDS_MIN:g} to {SECONDS_MAX:g}"
-        raise ConfigError(FieldError(loc, message, float(f"{seconds:.4g}"), bounds, "s"))
-    return first, stop
 
 
 def scenario_at(run: RunDetail, first: int) -> Scenario:
@@ -229,66 +205,60 @@ def _tables(scenario: Scenario) -> dict[str, Any]:
     return alone.model_dump(mode="json")
 
 
-def _variant(letter: str | None, letters: list[str], loc: str, default: str) -> str:
-    if letter is None:
-        return default
-    if letter not in letters:
-        raise ConfigError(
-            FieldError(loc, "is no variant of the run", letter, "one of " + ", ".join(letters))
-        )
-    return letter
+def _letter(letter: str | None, letters: list[str], loc: str, default: str) -> str:
+    if letter is not None and letter not in letters:
+        allowed = "one of " + ", ".join(letters)
+        raise ConfigError(FieldError(loc, "is no variant of the run", letter, allowed))
+    return letter or default
 
 
-def _read(
-    run: RunDetail, variant: str, first: int, stop: int
-) -> tuple[dict[str, RecordedAxis], list[str]]:
-    """Return both axes, and warnings; refuse what spoils a stretch."""
-    begin, end = run.first_tick + first, run.first_tick + stop
-    for event in run.events:
-        if event.kind == "stop" and begin <= event.tick < end:
-            raise _spoiled("was stopped", event.tick - run.first_tick)
-    columns = of_run(run.id)
-    axes = {axis: _axis(columns, variant, axis, first, stop) for axis in AXES}
-    warnings = []
-    if any(event.kind in {"change", "law"} and begin < event.tick < end for event in run.events):
+def _read(part: Part, variant: str) -> tuple[Part, dict[str, RecordedAxis], list[str]]:
+    """Return the stretch without gaps, both axes, and warnings; refuse what spoils a stretch."""
+    columns = of_run(part.run.id)
+    names = {axis: _names(columns, variant, axis) for axis in AXES}
+    every = list(dict.fromkeys(name for each in names.values() for name in each))
+    samples = columns.read(every)[:, part.first : part.stop].astype(np.float64)
+    stretch, warnings = without_gaps(part, samples, SECONDS_MIN)
+    begin = stretch.first - part.first
+    samples = samples[:, begin : begin + stretch.samples]
+    first = part.run.first_tick + stretch.first
+    last = first + stretch.samples
+    for event in part.run.events:
+        if event.kind == "stop" and first <= event.tick < last:
+            at = rounded((event.tick - part.run.first_tick) * CONTROL_PERIOD)
+            message = "was stopped at this time: choose a part by start and end"
+            raise ConfigError(FieldError("run", message, at, unit="s"))
+    if any(e.kind in {"change", "law"} and first < e.tick < last for e in part.run.events):
         warnings.append(
             "controllers were changed within the stretch: the recorded one is simulated as it was "
             "at the beginning"
         )
-    return axes, warnings
+    rows = {name: samples[k] for k, name in enumerate(every)}
+    axes = {
+        axis: _axis(stretch, axis, np.stack([rows[name] for name in names[axis]])) for axis in AXES
+    }
+    return stretch, axes, warnings
 
 
-def _axis(columns: Columns, variant: str, axis: str, first: int, stop: int) -> RecordedAxis:
+def _names(columns: Columns, variant: str, axis: str) -> list[str]:
     names = [f"{axis}.{name}" for name in _REFERENCES]
     names += [f"{variant}.{axis}.{name}" for name in _CHANNELS]
     for name in names:
         if name not in columns.units:
             raise ConfigError(FieldError("run", f"has no column {name}", columns.name))
-    samples = columns.read(names)[:, first:stop].astype(np.float64)
-    missing: NDArray[np.bool_] = np.any(~np.isfinite(samples), axis=0, keepdims=False)
-    if missing.any():
-        raise _spoiled(f"has no samples of {axis}: a gap, or it diverged", first + _first(missing))
+    return names
+
+
+def _axis(part: Part, axis: str, samples: Array) -> RecordedAxis:
     limited: NDArray[np.bool_] = np.logical_or(*(samples[-2:] > 0.0))
     if limited.any():
-        raise _spoiled(
+        message = (
             f"has force or currents of {axis} at their limit, where the force says nothing of the "
-            f"motor, in {100 * limited.mean():.3g} % of the stretch",
-            first + _first(limited),
+            f"motor, in {100 * limited.mean():.3g} % of the stretch, first from "
+            f"{part.interval(*first_stretch(limited))}: choose a part by start and end"
         )
+        raise ConfigError(FieldError("run", message))
     reference = samples[: len(_REFERENCES)]
     error, force = samples[len(_REFERENCES) : len(_REFERENCES) + 2]
     way = np.sign(reference[1][np.abs(reference[1]) > _STILL])
     return RecordedAxis(reference, error, force, int(np.count_nonzero(np.diff(way))))
-
-
-def _first(flags: NDArray[np.bool_]) -> int:
-    return int(np.argmax(flags))
-
-
-def _spoiled(message: str, sample: int) -> ConfigError:
-    at = float(f"{sample * CONTROL_PERIOD:.4g}")
-    return ConfigError(
-        FieldError(
-            "run", f"{message}; first at this time: take a part by start and end", at, unit="s"
-        )
-    )

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from motionlab.errors import FieldError
 from motionlab.studies.options import set_options
+from motionlab.studies.record.options import add_part
 from motionlab.studies.study import RequestLimits, Study, StudyCommand, above, lazy
 
 if TYPE_CHECKING:
@@ -67,10 +68,7 @@ class MinuteStudy(Study):
         parser.add_argument(
             "--other", metavar="LETTER", help="whose controller is tried (default: the second)"
         )
-        parser.add_argument(
-            "--from", dest="start", type=float, metavar="S", help="beginning of the stretch, s"
-        )
-        parser.add_argument("--to", dest="end", type=float, metavar="S", help="its end, s")
+        add_part(parser)
         parser.add_argument(
             "--members", type=int, metavar="N", help="motors that are simulated (default: 24)"
         )

@@ -15,10 +15,11 @@ from motionlab.studies.loop.frequency_sweep import (
     LoopCurve,
     ResponseDocument,
 )
+from motionlab.studies.record.part import PartOptions
 from motionlab.studies.tune.documents import AxisRequest
 
 
-class ResponseRequest(AxisRequest):
+class ResponseRequest(PartOptions, AxisRequest):
     """Request of a measured frequency response."""
 
     seconds: float = quantity(
@@ -66,12 +67,6 @@ class ResponseRequest(AxisRequest):
         description="Kept run to estimate it from, in place of an experiment: one that followed a "
         "`multisine`, or any other that was excited enough. Of a measurement, `scenario` has motor "
         "and controllers; else they are the run's own",
-    )
-    start: float = quantity(
-        "Part of the run that is read, from", label="from", unit="s", source=OURS, default=0.0, ge=0
-    )
-    end: float | None = quantity(
-        "Until; left out: its end", label="to", unit="s", source=OURS, default=None, gt=0
     )
     position_column: str | None = Field(
         default=None, max_length=200, description="Of a measurement: its column of the position"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,14 +11,30 @@ from motionlab.analysis.columns import Columns
 from motionlab.config.load import load_scenario
 from motionlab.config.multisine import Multisine
 from motionlab.config.scenario import Scenario
-from motionlab.errors import Busy, ConfigError, FieldError, Unknown
+from motionlab.errors import ConfigError, FieldError
 from motionlab.library.columns import of_run
-from motionlab.library.library import library
 from motionlab.library.run import RunDetail
 from motionlab.loop.linearise import Loop, linearise
-from motionlab.studies.identify.documents import IdentifyRequest
-from motionlab.studies.identify.record.plan import CURRENTS, SAMPLES_MAX, plan_record
 from motionlab.studies.minute.recorded import scenario_at
+from motionlab.studies.record.columns import (
+    FORCE_CHANNELS,
+    POSITION_CHANNELS,
+    column_of,
+    factor_to,
+    first_of,
+    in_unit,
+    listed,
+    units_of,
+    variant_of,
+)
+from motionlab.studies.record.part import (
+    Part,
+    first_stretch,
+    kept_run,
+    part_of,
+    rounded,
+    without_gaps,
+)
 from motionlab.studies.response.documents import ResponseRequest
 from motionlab.studies.response.estimate import Estimate, Slides, estimate
 from motionlab.studies.response.spectral import Signals, lines_between, local_estimate
@@ -54,10 +69,8 @@ class RecordedPlan:
         Motor and controllers: the run's own, or of a measurement the requested one.
     variant : str
         Whose loop is examined.
-    run : RunDetail
-        The run.
-    first, stop : int
-        Its samples that are read, [first, stop).
+    part : Part
+        The run, and what is read of it.
     columns : tuple of str
         Excitation or "", then what `factors` are of: command and position, or of a run of the lab's
         own command and following error.
@@ -70,15 +83,18 @@ class RecordedPlan:
     request: ResponseRequest
     scenario: Scenario
     variant: str
-    run: RunDetail
-    first: int
-    stop: int
+    part: Part
     columns: tuple[str, str, str]
     factors: tuple[float, float]
     slides: tuple[Slide, ...]
 
     seconds = 0.0
     """Nothing is simulated."""
+
+    @property
+    def run(self) -> RunDetail:
+        """The run."""
+        return self.part.run
 
     @property
     def own(self) -> bool:
@@ -126,24 +142,19 @@ def plan_recorded(request: ResponseRequest, source: Source | None = None) -> Rec
     ConfigError
         If there is no such run, it lacks a column, is too long, or has too few whole slides.
     """
-    try:
-        run = library().complete(str(request.run))
-    except (Unknown, Busy) as error:
-        raise ConfigError(FieldError("run", str(error), request.run, "a kept run")) from error
-    first, stop = _part(request, run)
+    run = kept_run(str(request.run))
+    part = part_of(request, run)
+    _, first, stop = part
     if run.scenario_document is None:
-        return _of_measurement(request, source, run, first, stop)
+        return _of_measurement(request, source, part)
     for event in run.events:
         at = event.tick - run.first_tick
         if event.kind in {"change", "law"} and first < at < stop:
-            when = float(f"{at * run.period:.4g}")
+            when = rounded(at * run.period)
             message = "has a controller or motor that is changed at this time; take a part before"
             raise ConfigError(FieldError("run", f"{message} or after it", when, unit="s"))
     scenario = load_scenario(scenario_at(run, first).model_dump(mode="json"), request.set)
-    variant = request.variant or run.variants[0]
-    if variant not in run.variants:
-        allowed = "one of " + ", ".join(run.variants)
-        raise ConfigError(FieldError("variant", "is no variant of the run", variant, allowed))
+    variant = variant_of(request.variant, run)
     linearise(scenario, variant, request.axis, v=_SLOWEST)
     axis, motion = request.axis, scenario.trajectory
     columns = (
@@ -154,7 +165,7 @@ def plan_recorded(request: ResponseRequest, source: Source | None = None) -> Rec
     here: tuple[Slide, ...] = ()
     if isinstance(motion, Multisine) and motion.axis == axis:
         here = _slides_within(motion, run.first_tick + first, run.first_tick + stop)
-    return RecordedPlan(request, scenario, variant, run, first, stop, columns, (1.0, 1.0), here)
+    return RecordedPlan(request, scenario, variant, part, columns, (1.0, 1.0), here)
 
 
 def estimate_recorded(planned: RecordedPlan) -> RecordedEstimate:
@@ -170,50 +181,30 @@ def estimate_recorded(planned: RecordedPlan) -> RecordedEstimate:
     return _of_slides(planned, columns) if planned.slides else _of_any(planned, columns)
 
 
-def _part(request: ResponseRequest, run: RunDetail) -> tuple[int, int]:
-    """Return the samples that are read, [first, stop)."""
-    first = round(request.start / run.period)
-    stop = run.ticks if request.end is None else min(run.ticks, round(request.end / run.period))
-    if stop - first < 2:
-        bounds = {"minimum": 0.0, "exclusive_maximum": run.ticks * run.period}
-        message = "leaves nothing of the run"
-        raise ConfigError(FieldError("start", message, request.start, unit="s", bounds=bounds))
-    if stop - first > SAMPLES_MAX:
-        longest = SAMPLES_MAX * run.period
-        message = "leaves more of the run than one estimate takes; give start and end"
-        raise ConfigError(
-            FieldError("end", message, stop * run.period, f"at most {longest:g} s after start", "s")
-        )
-    return first, stop
-
-
-def _of_measurement(
-    request: ResponseRequest, source: Source | None, run: RunDetail, first: int, stop: int
-) -> RecordedPlan:
+def _of_measurement(request: ResponseRequest, source: Source | None, part: Part) -> RecordedPlan:
+    run = part.run
     scenario = load_scenario(request.scenario if source is None else source, request.set)
     variant = request.chosen(scenario)
     linearise(scenario, variant, request.axis, v=_SLOWEST)
-    record: dict[str, Any] = {"position": request.position_column, "force": request.force_column}
-    identified = IdentifyRequest.model_validate(
-        {"run": run.id, "axis": request.axis, "record": record}
-    )
-    read = plan_record(identified, scenario.model_dump(mode="json")).axes[request.axis]
-    if read.force == CURRENTS:
-        message = "the run has currents only, and a response needs a force; name its column"
-        raise ConfigError(FieldError("force_column", message))
-    units = {column["name"]: column["unit"] for column in run.columns}
+    units, prefix = units_of(run), f"{variant_of(None, run)}.{request.axis}."
+    chosen: list[tuple[str, float]] = []
+    for loc, named, names, unit in (
+        ("force_column", request.force_column, FORCE_CHANNELS, "N"),
+        ("position_column", request.position_column, POSITION_CHANNELS, "m"),
+    ):
+        fitting = in_unit(units, unit)
+        name = column_of(named, units, loc=loc, prefix=prefix, names=names, fitting=fitting)
+        chosen.append((name, factor_to(unit, name, units, loc)))
     excitation = request.excitation_column
     if excitation is None:
-        reference = f"{request.axis}.position_reference"
-        excitation = reference if reference in units else ""
+        excitation = first_of(units, f"{request.axis}.", ("position_reference",)) or ""
     elif excitation not in units:
-        allowed = "one of " + ", ".join(list(units)[:20])
+        allowed = listed(list(units))
         raise ConfigError(
             FieldError("excitation_column", "is no column of the run", excitation, allowed)
         )
-    columns = (excitation, read.names[1], read.names[0])
-    factors = (read.factors[1], read.factors[0])
-    return RecordedPlan(request, scenario, variant, run, first, stop, columns, factors, ())
+    names, factors = zip(*chosen, strict=True)
+    return RecordedPlan(request, scenario, variant, part, (excitation, *names), factors, ())
 
 
 def _slides_within(motion: Multisine, first: int, stop: int) -> tuple[Slide, ...]:
@@ -235,14 +226,15 @@ def _refuse_limited(planned: RecordedPlan, columns: Columns) -> None:
         return
     names = [f"{planned.variant}.{planned.request.axis}.{each}" for each in _LIMITED]
     there = [name for name in names if name in columns.units]
-    limited = columns.read(there)[:, planned.first : planned.stop] > 0.0
+    part = planned.part
+    limited = columns.read(there)[:, part.first : part.stop] > 0.0
     if limited.any():
-        at = float(f"{int(limited.any(axis=0).argmax()) * planned.run.period:.4g}")
+        when = part.interval(*first_stretch(np.asarray(limited.any(axis=0))))
         message = (
-            "has command or currents at their limit, where a loop has no linear response; first at "
-            "this time: take a part by start and end"
+            "has command or currents at their limit, where a loop has no linear response, first "
+            f"from {when}: choose a part by start and end"
         )
-        raise ConfigError(FieldError("run", message, at, unit="s"))
+        raise ConfigError(FieldError("run", message))
 
 
 def _read(planned: RecordedPlan, columns: Columns) -> Array:
@@ -252,7 +244,7 @@ def _read(planned: RecordedPlan, columns: Columns) -> Array:
             raise ConfigError(FieldError("run", f"has no column {name}", columns.name))
     excitation, command, position = planned.columns
     names = [excitation or command, command, position]
-    samples = columns.read(names)[:, planned.first : planned.stop].astype(np.float64)
+    samples = columns.read(names)[:, planned.part.first : planned.part.stop].astype(np.float64)
     samples[1:] *= np.array(planned.factors)[:, None]
     return samples
 
@@ -276,7 +268,7 @@ def _of_slides(planned: RecordedPlan, columns: Columns) -> RecordedEstimate:
         )
     excitation, U, Y, forward = (np.array(each) for each in zip(*parts, strict=True))
     loop = linearise(planned.scenario, planned.variant, planned.request.axis, v=motion.velocity)
-    seconds = (planned.stop - planned.first) * CONTROL_PERIOD
+    seconds = planned.part.seconds
     return RecordedEstimate(
         lines.frequency,
         estimate(Slides(excitation, U, Y, forward)),
@@ -290,12 +282,10 @@ def _of_slides(planned: RecordedPlan, columns: Columns) -> RecordedEstimate:
 
 def _of_any(planned: RecordedPlan, columns: Columns) -> RecordedEstimate:
     request, period = planned.request, planned.run.period
-    excitation, command, third = samples = _read(planned, columns)
-    missing = ~np.isfinite(samples).all(axis=0)
-    if missing.any():
-        at = float(f"{int(missing.argmax()) * period:.4g}")
-        message = "lacks samples: first at this time; take a part by start and end"
-        raise ConfigError(FieldError("run", message, at, unit="s"))
+    samples = _read(planned, columns)
+    stretch, notes = without_gaps(planned.part, samples)
+    begin = stretch.first - planned.part.first
+    excitation, command, third = samples[:, begin : begin + stretch.samples]
     position = excitation - third if planned.own else third
     signals = Signals(excitation, command, position, period, _is_reference(planned))
     frequency = lines_between(request.low, request.high, request.lines, signals)
@@ -319,7 +309,7 @@ def _of_any(planned: RecordedPlan, columns: Columns) -> RecordedEstimate:
     )
     loop = linearise(planned.scenario, planned.variant, request.axis, v=velocity)
     seconds = len(position) * period
-    warnings = () if planned.columns[0] else (_DIRECT,)
+    warnings = (*notes,) if planned.columns[0] else (*notes, _DIRECT)
     if not planned.own:
         warnings += (
             f"a measurement has no controller: margins are those of {planned.variant} of the "

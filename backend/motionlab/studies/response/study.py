@@ -6,7 +6,8 @@ import argparse
 from typing import TYPE_CHECKING, Any
 
 from motionlab.errors import FieldError
-from motionlab.studies.options import add_fields, add_part, set_options
+from motionlab.studies.options import add_fields, set_options
+from motionlab.studies.record.options import add_columns, add_part
 from motionlab.studies.study import RequestLimits, Study, StudyCommand, above, lazy
 
 if TYPE_CHECKING:
@@ -22,6 +23,7 @@ examples:
 `motionlab docs response` has the method and what it reaches. POST /api/v1/response takes the same.
 """
 _KNOWN = {"scenario", "set"}
+_COLUMNS = {kind: f"{kind}_column" for kind in ("position", "force", "excitation")}
 
 
 class ResponseStudy(Study):
@@ -61,8 +63,9 @@ class ResponseStudy(Study):
 
     def add_options(self, parser: argparse.ArgumentParser) -> None:
         """Add how it is measured, and the file to write."""
-        add_fields(parser, self.request_model, _KNOWN | {"start", "end"})
+        add_fields(parser, self.request_model, _KNOWN | {"start", "end", *_COLUMNS.values()})
         add_part(parser)
+        add_columns(parser, **_COLUMNS)
         parser.add_argument("--out", metavar="FILE", help="write the curves to FILE, .csv")
 
     def request_of(self, options: argparse.Namespace, changes: dict[str, Any]) -> dict[str, Any]:

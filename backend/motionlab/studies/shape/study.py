@@ -6,7 +6,8 @@ import argparse
 from typing import TYPE_CHECKING, Any
 
 from motionlab.errors import FieldError
-from motionlab.studies.options import add_fields, add_part, set_options
+from motionlab.studies.options import add_fields, set_options
+from motionlab.studies.record.options import add_columns, add_part
 from motionlab.studies.study import RequestLimits, Study, StudyCommand, above, lazy
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ examples:
 `motionlab docs response` has the method. POST /api/v1/shape takes the same.
 """
 _KNOWN = {"scenario", "set"}
+_COLUMNS = {kind: f"{kind}_column" for kind in ("position", "force", "excitation")}
 
 
 class ShapeStudy(Study):
@@ -56,8 +58,9 @@ class ShapeStudy(Study):
 
     def add_options(self, parser: argparse.ArgumentParser) -> None:
         """Add how it is measured and what is to be kept."""
-        add_fields(parser, self.request_model, _KNOWN | {"start", "end"})
+        add_fields(parser, self.request_model, _KNOWN | {"start", "end", *_COLUMNS.values()})
         add_part(parser)
+        add_columns(parser, **_COLUMNS)
 
     def request_of(self, options: argparse.Namespace, changes: dict[str, Any]) -> dict[str, Any]:
         """Return the request of the options."""

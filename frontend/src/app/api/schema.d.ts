@@ -13260,6 +13260,17 @@ export interface components {
          */
         RecordOptions: {
             /**
+             * from
+             * @description Where the part of the run that is read begins
+             * @default 0
+             */
+            start: number;
+            /**
+             * to
+             * @description Where it ends; left out: the end of the run
+             */
+            end?: number | null;
+            /**
              * variant of the run
              * @description Variant of the run whose channels are read; left out: its first
              */
@@ -13284,17 +13295,6 @@ export interface components {
              * @description Bandwidth of the filter at -3 dB; left out: 50 Hz, or 0.075 of the sample rate where that is less
              */
             bandwidth?: number | null;
-            /**
-             * from
-             * @description Where the part of the run that is used begins
-             * @default 0
-             */
-            start: number;
-            /**
-             * to
-             * @description Where it ends; left out: the end of the run
-             */
-            end?: number | null;
         };
         /**
          * Replay
@@ -23424,6 +23424,17 @@ export interface operations {
             content: {
                 "application/json": {
                     /**
+                     * from
+                     * @description Where the part of the run that is read begins
+                     * @default 0
+                     */
+                    start?: number;
+                    /**
+                     * to
+                     * @description Where it ends; left out: the end of the run
+                     */
+                    end?: number | null;
+                    /**
                      * variant of the run
                      * @description Variant of the run whose channels are read; left out: its first
                      */
@@ -23449,17 +23460,6 @@ export interface operations {
                      */
                     bandwidth?: number | null;
                     /**
-                     * from
-                     * @description Where the part of the run that is used begins
-                     * @default 0
-                     */
-                    start?: number;
-                    /**
-                     * to
-                     * @description Where it ends; left out: the end of the run
-                     */
-                    end?: number | null;
-                    /**
                      * Run
                      * @description Identifier of a kept run
                      */
@@ -23481,6 +23481,12 @@ export interface operations {
                      * @description Effects of friction, such as one's own, that are compared too
                      */
                     effects?: string[];
+                    /**
+                     * Normal Force Magnitude
+                     * @description Whether the normal force is the magnitude of its column, such as the force or torque of a gear
+                     * @default false
+                     */
+                    normal_force_magnitude?: boolean;
                     /**
                      * Scenario
                      * @default circle
@@ -25167,6 +25173,17 @@ export interface operations {
             content: {
                 "application/json": {
                     /**
+                     * from
+                     * @description Where the part of the run that is read begins
+                     * @default 0
+                     */
+                    start?: number;
+                    /**
+                     * to
+                     * @description Where it ends; left out: the end of the run
+                     */
+                    end?: number | null;
+                    /**
                      * Run
                      * @description Identifier of a kept run
                      */
@@ -25188,17 +25205,6 @@ export interface operations {
                     set?: {
                         [key: string]: unknown;
                     };
-                    /**
-                     * start
-                     * @description Beginning of the stretch, from the first sample on
-                     * @default 0
-                     */
-                    start?: number;
-                    /**
-                     * end
-                     * @description Its end; null: that of the run
-                     */
-                    end?: number | null;
                     /**
                      * Members
                      * @description Motors within the fit's errors that are simulated
@@ -25390,6 +25396,17 @@ export interface operations {
                      */
                     axis?: "x" | "y";
                     /**
+                     * from
+                     * @description Where the part of the run that is read begins
+                     * @default 0
+                     */
+                    start?: number;
+                    /**
+                     * to
+                     * @description Where it ends; left out: the end of the run
+                     */
+                    end?: number | null;
+                    /**
                      * time
                      * @description Time of all slides
                      * @default 60
@@ -25436,17 +25453,6 @@ export interface operations {
                      * @description Kept run to estimate it from, in place of an experiment: one that followed a `multisine`, or any other that was excited enough. Of a measurement, `scenario` has motor and controllers; else they are the run's own
                      */
                     run?: string | null;
-                    /**
-                     * from
-                     * @description Part of the run that is read, from
-                     * @default 0
-                     */
-                    start?: number;
-                    /**
-                     * to
-                     * @description Until; left out: its end
-                     */
-                    end?: number | null;
                     /**
                      * Position Column
                      * @description Of a measurement: its column of the position
@@ -25641,6 +25647,17 @@ export interface operations {
                      */
                     axis?: "x" | "y";
                     /**
+                     * from
+                     * @description Where the part of the run that is read begins
+                     * @default 0
+                     */
+                    start?: number;
+                    /**
+                     * to
+                     * @description Where it ends; left out: the end of the run
+                     */
+                    end?: number | null;
+                    /**
                      * time
                      * @description Time of all slides
                      * @default 60
@@ -25687,17 +25704,6 @@ export interface operations {
                      * @description Kept run to estimate it from, in place of an experiment: one that followed a `multisine`, or any other that was excited enough. Of a measurement, `scenario` has motor and controllers; else they are the run's own
                      */
                     run?: string | null;
-                    /**
-                     * from
-                     * @description Part of the run that is read, from
-                     * @default 0
-                     */
-                    start?: number;
-                    /**
-                     * to
-                     * @description Until; left out: its end
-                     */
-                    end?: number | null;
                     /**
                      * Position Column
                      * @description Of a measurement: its column of the position

@@ -189,7 +189,7 @@ def force_of(experiment: RecordExperiment, axis: str, columns: Columns) -> Recor
         Of the run.
     """
     chosen = experiment.axes[axis]
-    first, last = experiment.part
+    _, first, last = experiment.part
     samples = columns.read(chosen.names)[:, first:last].astype(np.float64)
     samples *= np.array(chosen.factors)[:, None]
     return RecordForce(experiment, axis, samples, chosen.commanded)

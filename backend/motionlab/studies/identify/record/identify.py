@@ -259,7 +259,7 @@ def identify_record(
         raise ExperimentFailed(f"identification from {experiment.run.id}: {'; '.join(failed)}")
     for each in results.values():
         each.warnings.extend(failed)
-    first, last = experiment.part
+    _, first, last = experiment.part
     compare = experiment.request.compare and bool(changes)
     return IdentificationDocument(
         scenario=rig.scenario.name,
@@ -415,7 +415,7 @@ def _evidence(
     fit: RecordFit,
     velocity: Array,
 ) -> RecordEvidence:
-    first, last = experiment.part
+    _, first, last = experiment.part
     half = fit.further.half("lag")
     lag_known = half <= motion.lag_max and "lag" not in fit.further.edge
     return RecordEvidence(

@@ -1,0 +1,1 @@
+"""Runs as studies read them: the part, the variant, the columns, the gaps."""
