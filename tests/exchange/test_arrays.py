@@ -271,3 +271,12 @@ def test_what_is_no_mat_file_of_level_5(tmp_path: Path) -> None:
         read_file(path)
     with pytest.raises(ConfigError, match="has no vector of numbers; k is a single number, 3"):
         read_file(mat(tmp_path, k=3.0))
+
+
+def test_times_beyond_nanoseconds_and_names_of_two_lines(tmp_path: Path) -> None:
+    t = np.arange(20) * 1e-3
+    years = np.array([1500 + k for k in range(20)]).astype("datetime64[Y]")
+    np.savez(tmp_path / "a.npz", **{"t": t, "age": years, "two\nlines": t})
+    file = read_file(tmp_path / "a.npz", ImportOptions())
+    assert file.ignored["age"] == "has times before 1677 or after 2262"
+    assert "two lines" in [column.header for column in file.columns]

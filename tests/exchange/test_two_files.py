@@ -112,15 +112,72 @@ def test_columns_that_are_named_and_of_opposite_signs(
         both(pair, "ms=time[s]", align="x_ist [m]=nothing")
 
 
-def test_a_motion_that_repeats_is_noted(tmp_path: Path) -> None:
+def test_a_motion_that_repeats_is_refused(tmp_path: Path) -> None:
     t = np.arange(8000) * 1e-3
     paths = tmp_path / "a.csv", tmp_path / "b.csv"
     for path, late in zip(paths, (0.0, 0.25), strict=True):
         rows = np.c_[t, 0.01 * np.sin(2 * np.pi * (t + late))]
         np.savetxt(path, rows, delimiter=",", header="t [s],x_ist [m]", comments="")
-    found, _ = both(paths)
-    assert any("the motion repeats" in note for note in found.document.notes)
+    with pytest.raises(ConfigError, match=r"offset: offsets of .* fit about as well"):
+        both(paths)
     assert both(paths, offset=0.25)[0].document.notes == []
+
+
+def written(path: Path, t: NDArray[Any], values: NDArray[Any], fmt: str = "%.9g") -> Path:
+    rows = np.c_[t, values]
+    np.savetxt(path, rows, delimiter=",", header="t [s],x_ist [m]", comments="", fmt=fmt)
+    return path
+
+
+def test_a_motion_that_nearly_repeats_is_refused_in_noise_and_not_without(tmp_path: Path) -> None:
+    t = np.arange(8000) * 1e-3
+    real = 0.01 * np.sin(2 * np.pi * t) + 1e-4 * np.sin(2 * np.pi * 0.37 * t)
+    for noise, refused in ((1e-3, True), (1e-7, False)):
+        rng = np.random.default_rng(5)
+        paths = (
+            written(tmp_path / "a.csv", t, real + noise * rng.standard_normal(len(t))),
+            written(tmp_path / "b.csv", t - 0.25, real + noise * rng.standard_normal(len(t))),
+        )
+        if refused:
+            with pytest.raises(ConfigError, match=r"offset: offsets of .* fit about as well"):
+                both(paths)
+        else:
+            assert both(paths)[1].offset == pytest.approx(0.25, abs=1e-4)
+
+
+@pytest.mark.parametrize("empty", [False, True])
+@pytest.mark.parametrize("swapped", [False, True])
+def test_a_gap_takes_nothing_of_the_offset(tmp_path: Path, empty: bool, swapped: bool) -> None:
+    """A gap, or cells without a number, in the middle of one file: a third of it is missing."""
+    rng = np.random.default_rng(9)
+    t = np.arange(12_000) * 1e-3
+    values = motion(t) + rng.normal(0, 2e-6, t.size)
+    there = (t < 4.0) | (t > 8.0)
+    shown = second_clock(t)
+    whole = written(tmp_path / "whole.csv", t, motion(t) + rng.normal(0, 2e-6, t.size))
+    if empty:
+        gap = written(tmp_path / "gap.csv", shown, np.where(there, values, np.nan))
+    else:
+        gap = written(tmp_path / "gap.csv", shown[there], values[there])
+    about = both((gap, whole) if swapped else (whole, gap))[1]
+    start = shown[0] if swapped else 0.0
+    drift = 1 / (1 + DRIFT) - 1 if swapped else DRIFT
+    # Offsets hold at the first row of the first file: t1 - s = offset + (1 + drift) (t2 - s).
+    offset = -OFFSET / (1 + DRIFT) + drift * start if swapped else OFFSET
+    assert about.offset_half_width is not None
+    assert about.offset_half_width < 20e-6
+    assert about.offset == pytest.approx(offset, abs=2 * about.offset_half_width)
+
+
+def test_clocks_of_large_numbers(tmp_path: Path) -> None:
+    t = np.arange(4000) * 1e-3
+    first = written(tmp_path / "a.csv", t + 1.7e9, motion(t), "%.17g")
+    second = written(tmp_path / "b.csv", t, motion(t), "%.17g")
+    _, about = both((first, second))
+    assert about.offset == pytest.approx(1.7e9, abs=1e-5)
+    assert both((first, second), offset=1.7e9)[1].samples >= 3999
+    with pytest.raises(ConfigError, match=r"at an offset of 1700000004\.25 s: the first lasts"):
+        both((first, second), offset=1.7e9 + 4.25)
 
 
 def test_instants_say_where_the_clocks_were(tmp_path: Path) -> None:

@@ -13,6 +13,12 @@ Array = NDArray[np.float64]
 _SAMPLES_MAX = 1 << 20  # of each record, on the common grid
 _OVERLAP = 0.5  # of the shorter record, at least
 _OVERLAP_LEAST = 16  # samples
+_GAP = 1.5  # usual steps between two samples, from which there is nothing between them
+_PEAKS = 6  # offsets that are refined
+_NEAR = 0.1  # of the largest correlation, within which another offset is refined
+_APART = 2.0  # samples between two offsets that are not one
+_AS_WELL = 2.0  # times the unexplained variance of the best offset, below which another fits too
+_ROUNDING = 1e-9  # of a signal's variance
 _ITERATIONS = 20
 _SETTLED = 1e-6  # of a sample, in one iteration
 _DRIFT_MAX = 0.02
@@ -40,7 +46,7 @@ class Alignment:
     correlation : float
         Of both signals, aligned.
     other : float or None
-        An offset, s, of which the correlation is nearly as large: the signal repeats.
+        Another offset, s, that fits about as well: the signal repeats, and neither is certain.
     """
 
     offset: float
@@ -54,10 +60,11 @@ class Alignment:
 def aligned(one: Record, two: Record) -> Alignment | None:
     """Estimate offset and drift between the clocks of two records of one signal.
 
-    The offset of largest correlation, over all lags at which half of the shorter record is
-    covered, is refined by Gauss-Newton on ``y1(t) = g y2((t - offset)/(1 + drift)) + c`` over
+    The offsets of largest correlation, over all lags at which half of the shorter record is
+    covered, are refined, and the best one is returned, by Gauss-Newton on ``y1(t) = g y2((t - offset)/(1 + drift)) + c`` over
     offset, drift, gain g and bias c, with the slopes of y1 as instruments (Söderström and Stoica,
-    Instrumental variable methods, 1983); a drift within its 95 % interval of 0 is left out.
+    Instrumental variable methods, 1983); a drift within its 95 % interval of 0 is left out. Gaps
+    count for nothing.
 
     Parameters
     ----------
@@ -78,12 +85,29 @@ def aligned(one: Record, two: Record) -> Alignment | None:
     if min(spans) < _OVERLAP_LEAST * step:
         return None
     a, b = _at_equal_steps(one, step), _at_equal_steps(two, step)
-    if not (np.ptp(a.values) > 0 and np.ptp(b.values) > 0):
+    if not (np.nanstd(a.values) > 0 and np.nanstd(b.values) > 0):
         return None
     lags, correlation = _correlations(a.values, b.values)
-    best = int(np.argmax(correlation))
     origin = float(a.times[0] - b.times[0])
-    offset, other = origin + step * float(lags[best]), _other_peak(correlation, best)
+    offsets = [origin + step * float(lags[peak]) for peak in _peaks(correlation)]
+    fits = [fit for offset in offsets if (fit := _refined(a, two, offset)) is not None]
+    if not fits:
+        return None
+    best = max(fits, key=lambda fit: fit.correlation)
+    for fit in sorted(fits, key=lambda fit: -fit.correlation):
+        apart = abs(fit.offset - best.offset) > _APART * step
+        if apart and _unexplained(fit) < _AS_WELL * _unexplained(best):
+            return replace(best, other=fit.offset)
+    return best
+
+
+def _unexplained(fit: Alignment) -> float:
+    """Return the share of the signal's variance that a fit leaves, rounding of numbers aside."""
+    return max(1.0 - fit.correlation**2, _ROUNDING)
+
+
+def _refined(a: Record, two: Record, offset: float) -> Alignment | None:
+    """Return the fit about an offset, with a drift where one is certain."""
     fit, drifting = _fit(a, two, offset, drifting=False), _fit(a, two, offset, drifting=True)
     if drifting is not None and (fit is None or abs(drifting.drift) > drifting.drift_half_width):
         fit = drifting
@@ -92,9 +116,7 @@ def aligned(one: Record, two: Record) -> Alignment | None:
         width = float(np.hypot(fit.offset_half_width, unsure))
         drift_width = drifting.drift_half_width
         fit = replace(fit, offset_half_width=width, drift_half_width=drift_width)
-    if fit is None or other is None:
-        return fit
-    return replace(fit, other=origin + step * float(lags[other]))
+    return fit
 
 
 def _of_later_times(record: Record) -> Record:
@@ -106,45 +128,61 @@ def _of_later_times(record: Record) -> Record:
 def _at_equal_steps(record: Record, step: float) -> Record:
     times, values = record
     grid = times[0] + step * np.arange(int(np.ptp(times) / step) + 1)
-    return Record(grid, np.interp(grid, times, values))
+    return Record(grid, np.where(_in_gap(times, grid), np.nan, np.interp(grid, times, values)))
+
+
+def _in_gap(times: Array, at: Array) -> NDArray[np.bool_]:
+    """Return which instants lie between two samples that are further apart than usual."""
+    steps = np.diff(times)
+    right = np.clip(np.searchsorted(times, at), 1, len(times) - 1)
+    inside = (at > times[right - 1]) & (at < times[right])
+    return inside & (steps[right - 1] > _GAP * np.median(steps))
 
 
 def _correlations(a: Array, b: Array) -> tuple[NDArray[np.int64], Array]:
     """Return lags, a(n + lag) against b(n), and the correlation over what each lag covers."""
-    a, b = (a - a.mean()) / a.std(), (b - b.mean()) / b.std()
     size = 1 << (len(a) + len(b) - 1).bit_length()
-    products = np.fft.irfft(np.fft.rfft(a, size) * np.conj(np.fft.rfft(b, size)), size)
-    least = max(_OVERLAP_LEAST, int(_OVERLAP * min(len(a), len(b))))
+    least = max(_OVERLAP_LEAST, int(_OVERLAP * min(np.isfinite(a).sum(), np.isfinite(b).sum())))
     lags = np.arange(least - len(b), len(a) - least + 1)
-    first, last = np.maximum(lags, 0), np.minimum(lags + len(b), len(a))
-    count = last - first
 
-    def sums(values: Array, start: NDArray[np.int64], stop: NDArray[np.int64]) -> Array:
-        total = np.concatenate([[0.0], np.cumsum(values)])
-        return total[stop] - total[start]
+    def spectra(values: Array) -> list[NDArray[np.complex128]]:
+        """Return those of which samples there are, of the samples, and of their squares."""
+        there = np.isfinite(values)
+        scaled = np.where(there, (values - np.nanmean(values)) / np.nanstd(values), 0.0)
+        return [np.fft.rfft(each, size) for each in (there.astype(float), scaled, scaled**2)]
 
-    sum_a, sum_b = sums(a, first, last), sums(b, first - lags, last - lags)
-    square_a, square_b = sums(a * a, first, last), sums(b * b, first - lags, last - lags)
-    variances = (square_a - sum_a**2 / count) * (square_b - sum_b**2 / count)
-    covariance = products[lags % size] - sum_a * sum_b / count
+    there_a, of_a, square_a = spectra(a)
+    there_b, of_b, square_b = (np.conj(each) for each in spectra(b))
+
+    def sums(one: NDArray[np.complex128], two: NDArray[np.complex128]) -> Array:
+        """Return the products of one record with another at each lag, summed."""
+        return np.fft.irfft(one * two, size)[lags % size]
+
+    count = np.maximum(np.rint(sums(there_a, there_b)), 1.0)
+    sum_a, sum_b = sums(of_a, there_b), sums(there_a, of_b)
+    variance_a = sums(square_a, there_b) - sum_a**2 / count
+    variance_b = sums(there_a, square_b) - sum_b**2 / count
+    covariance = sums(of_a, of_b) - sum_a * sum_b / count
     # A stretch at rest correlates with nothing.
-    least_variance = 1e-6 * count**2
-    return lags, np.where(
-        variances > least_variance, covariance / np.sqrt(np.maximum(variances, least_variance)), 0.0
-    )
+    moving = (count >= least) & (variance_a > 1e-3 * count) & (variance_b > 1e-3 * count)
+    scale = np.sqrt(np.where(moving, variance_a * variance_b, 1.0))
+    return lags, np.where(moving, covariance / scale, 0.0)
 
 
-def _other_peak(correlation: Array, best: int) -> int | None:
-    """Return another maximum that is nearly as high, outside of the hill of the best one."""
-    low = correlation < 0.5 * correlation[best]
-    left = np.flatnonzero(low[:best])
-    right = np.flatnonzero(low[best:])
-    outside = correlation.copy()
-    begin = int(left[-1]) if left.size else 0
-    end = best + int(right[0]) if right.size else len(correlation)
-    outside[begin:end] = -1.0
-    other = int(np.argmax(outside))
-    return other if outside[other] > correlation[best] - 0.02 else None
+def _peaks(correlation: Array) -> list[int]:
+    """Return the highest maxima, the highest first, each outside of the hills of the others."""
+    outside, peaks = correlation.copy(), []
+    highest = float(correlation.max())
+    while len(peaks) < _PEAKS:
+        peak = int(np.argmax(outside))
+        if peaks and outside[peak] < highest - _NEAR:
+            break
+        peaks.append(peak)
+        low = correlation < 0.5 * correlation[peak]
+        left, right = np.flatnonzero(low[:peak]), np.flatnonzero(low[peak:])
+        begin = int(left[-1]) if left.size else 0
+        outside[begin : peak + int(right[0]) if right.size else len(correlation)] = -1.0
+    return peaks
 
 
 class _Step(NamedTuple):
@@ -206,12 +244,14 @@ def _covariance(step: _Step) -> Array:
 
 def _step(one: Record, two: Record, slopes: Array, at: Array, *, drifting: bool) -> _Step | None:
     """Solve for gain, bias and changes of the parameters; `at` are times of the second clock."""
-    inside = (at >= two.times[0]) & (at <= two.times[-1])
+    inside = (at >= two.times[0]) & (at <= two.times[-1]) & ~_in_gap(two.times, at)
+    slopes_one = np.gradient(one.values, one.times)
+    inside &= np.isfinite(one.values) & np.isfinite(slopes_one)
     if np.count_nonzero(inside) < _OVERLAP_LEAST:
         return None
     at, values = at[inside], one.values[inside]
     model, slope = np.interp(at, two.times, two.values), np.interp(at, two.times, slopes)
-    other = np.gradient(one.values, one.times)[inside]
+    other = slopes_one[inside]
     from_middle = at - 0.5 * (two.times[0] + two.times[-1])
 
     def columns(slope: Array) -> Array:

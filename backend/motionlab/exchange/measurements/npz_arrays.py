@@ -87,7 +87,11 @@ def read_npz(path: Path, bytes_max: int, check: Callable[[int], None]) -> ArrayT
         if values.dtype.kind not in "mM":
             table.columns.append((name, "", values.astype(np.float64), False))
             continue
-        seconds, begun = _seconds(values)
+        read = _seconds(values)
+        if read is None:
+            note(ignored, name, "has times before 1677 or after 2262")
+            continue
+        seconds, begun = read
         table.begun = begun if table.begun is None else table.begun
         table.columns.append((name, "s", seconds, True))
     return table
@@ -111,10 +115,15 @@ def numbers_in(path: Path) -> int:
     return count
 
 
-def _seconds(values: NDArray[Any]) -> tuple[NDArray[np.float64], float | None]:
-    """Return times in s; instants count from the first one, which comes second, s since 1970."""
-    whole = values.astype(f"{values.dtype.kind}8[ns]")
-    missing = np.isnat(whole)
+def _seconds(values: NDArray[Any]) -> tuple[NDArray[np.float64], float | None] | None:
+    """Return times in s; instants count from the first one, which comes second, s since 1970.
+
+    None where 64 bits of nanoseconds do not hold them.
+    """
+    whole, missing = values.astype(f"{values.dtype.kind}8[ns]"), np.isnat(values)
+    finer = np.datetime_data(values.dtype)[0] in {"ns", "ps", "fs", "as"}
+    if not (finer or np.array_equal(whole.astype(values.dtype)[~missing], values[~missing])):
+        return None
     nanoseconds = whole.astype(np.int64)
     begun = None
     if values.dtype.kind == "M" and not missing.all():
@@ -147,8 +156,8 @@ def _archived(archive: zipfile.ZipFile, bytes_max: int) -> Iterator[tuple[str, A
         raise _refused("is a zip archive without arrays of NumPy: unpack it, import a file of it")
     left = bytes_max
     for entry in entries:
-        name = entry.filename.removesuffix(_ENDING).replace("/", ".")
-        if name == entry.filename or entry.is_dir():
+        name = " ".join(entry.filename.removesuffix(_ENDING).replace("/", ".").split())
+        if not entry.filename.endswith(_ENDING) or entry.is_dir():
             yield name, "is no array of NumPy"
             continue
         with archive.open(entry) as stream:

@@ -16,7 +16,7 @@ from motionlab.exchange.measurements.sample_times import Grid, interpolated, sam
 from motionlab.exchange.measurements.table_file import FileColumn, MeasuredFile, refused
 
 _CORRELATION_LEAST = 0.5
-_OFFSET_MAX = 1e9  # s
+_OFFSET_MAX = 1e10  # s: one clock may count from 1970, the other from its start
 
 
 @dataclass
@@ -81,10 +81,11 @@ def merged(
         fit, names = _estimated(one, two, base, options)
         offset, drift = fit.offset, fit.drift
         if fit.other is not None:
-            first.notes.append(
-                f"an offset of {fit.other:.6g} s fits nearly as well: the motion repeats; check "
-                "it, or give the offset"
+            message = (
+                f"offsets of {_seconds(offset)} and {_seconds(fit.other)} fit about as well, since "
+                f"{names[0]!r} repeats: give the offset, or align a column that does not repeat"
             )
+            raise ConfigError(FieldError("offset", message))
     else:
         offset, drift = options.offset, 0.0
         if not abs(offset) <= _OFFSET_MAX:
@@ -95,7 +96,12 @@ def merged(
     at = (one.times - offset) / (1.0 + drift) - base  # in s from the first row of the second
     inside = (at >= 0.0) & (at <= two.times[-1])
     if not inside.any():
-        raise refused(f"the second file has no sample while the first lasts, at {offset:.6g} s")
+        raise refused(
+            "the second file has no sample while the first lasts, at an offset of "
+            f"{_seconds(offset)}: the first lasts {_seconds(float(one.times[-1]))}, and the second "
+            f"begins {_seconds(base + offset)} after its first row and lasts "
+            f"{_seconds(float(two.times[-1]))}"
+        )
     added = [column for column in second.columns if column is not two.column]
     if len(at) * (len(first.columns) + len(added)) > VALUES_MAX:
         raise refused("has too many numbers with those of the second file")
@@ -121,6 +127,11 @@ def merged(
         correlation=fit and fit.correlation,
     )
     return first, about, replace(options, mapping=_left(one, two, options))
+
+
+def _seconds(value: float) -> str:
+    """Return a time to the microsecond, of any size."""
+    return f"{value:.6f}".rstrip("0").rstrip(".") + " s"
 
 
 def _width(value: float | None) -> float | None:
