@@ -52,10 +52,10 @@ class Run:
 
 
 class Experiments:
-    """Experiments, computed on first use and cached."""
+    """Experiments, computed on first use and cached; `progress` takes the share of one done."""
 
     def __init__(self, progress: Progress | None = None) -> None:
-        self._progress = progress or (lambda share: None)
+        self.progress = progress or (lambda share: None)
         self._runs: dict[str, Run] = {}
         self._studies: dict[str, MonteCarloDocument] = {}
         self._design: DesignDocument | None = None
@@ -72,7 +72,7 @@ class Experiments:
             def count(ticks: int) -> None:
                 nonlocal done
                 done += ticks
-                self._progress(done / prepared.reference.ticks)
+                self.progress(done / prepared.reference.ticks)
 
             recording = run(prepared, count)
             self._runs[key] = Run(prepared, recording, document(prepared, recording))
@@ -88,7 +88,7 @@ class Experiments:
         """Return the Monte Carlo study of a shipped scenario over the default plants."""
         if scenario not in self._studies:
             planned = plan_cases(MonteCarloRequest(scenario=scenario, cases=CASES))
-            self._studies[scenario] = run_cases(planned, self._progress)
+            self._studies[scenario] = run_cases(planned, self.progress)
         return self._studies[scenario]
 
     def design(self) -> DesignDocument:
@@ -109,7 +109,7 @@ class Experiments:
             else:
                 store = MapStore(data_root() / "maps")
                 self._force_map, _ = computed_or_kept(
-                    store, Geometry(), "default", progress=self._progress
+                    store, Geometry(), "default", progress=self.progress
                 )
         return self._force_map
 
@@ -117,7 +117,7 @@ class Experiments:
         """Return the friction of the nominal motor, identified as the paper does."""
         if self._identification is None:
             self._identification = identify(
-                plan(IdentifyRequest()), lambda share, _: self._progress(share)
+                plan(IdentifyRequest()), lambda share, _: self.progress(share)
             )
         return self._identification
 

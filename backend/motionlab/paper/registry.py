@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from motionlab.config.named_configs import did_you_mean
 from motionlab.errors import ConfigError, FieldError
+from motionlab.paper.by_load import BY_LOAD_ROWS
 from motionlab.paper.control import PERFORMANCE, PERFORMANCE_ROWS, STABILITY, STABILITY_ROWS
 from motionlab.paper.design import LIMITS, PLATFORM_ROWS, PLATFORMS, SIZING, SIZING_ROWS
 from motionlab.paper.documents import KINDS, PaperDocument, PaperGroup
@@ -61,6 +62,7 @@ _ROWS = (
     *PERFORMANCE_ROWS,
     *FRICTION_ROWS,
     *CIRCLE_ROWS,
+    *BY_LOAD_ROWS,
     *TABLE_ROWS,
     *MOTION_ROWS,
     *OTHER_MACHINE_ROWS,

@@ -194,6 +194,7 @@ _COST = {
     "force map by finite elements": 20.0,
     "identification of friction": 6.0,
     "fig5, 180 s": 2.0,
+    "Fig. 5 by normal force": 8.0,
 }
 """Duration of the slow computations, s; all others _QUICK. Only the progress depends on it."""
 _QUICK = 0.3
