@@ -90,6 +90,17 @@ def test_margins_are_those_of_the_linearised_loop_within_intervals(
         assert each.value == pytest.approx(each.model, rel=0.03), name
 
 
+def test_a_late_command_counts_once() -> None:
+    """The delay of the controller is in its response, and not in that of the plant as well."""
+    late = found(scenario="circle", axis="x", set={"variants.B.controller.delay": 1})
+    ratio = complex_of(late.plant) / complex_of(late.linearised_plant)
+    assert np.degrees(np.abs(np.angle(ratio[np.array(late.plant.coherence) > 0.95]))).max() < 4.0
+    margin = late.margins["phase_margin"]
+    assert margin.value == pytest.approx(margin.model, rel=0.04)
+    assert late.fitted is not None
+    assert late.fitted.delay.value == pytest.approx(0.0, abs=5e-5)
+
+
 def test_a_mode_of_the_machine_is_seen() -> None:
     result = found(scenario="circle-resonant", axis="y", lines=120)
     f, plant = np.array(result.frequency), complex_of(result.plant)

@@ -117,6 +117,11 @@ def lines_of(config: Multisine) -> Lines:
     return Lines.between(config.low, config.high, config.lines, ticks)
 
 
+def slide_seconds(config: Multisine) -> float:
+    """Return the time from one slide to the next, s."""
+    return _ticks(config, lines_of(config)) * CONTROL_PERIOD
+
+
 def slides(config: Multisine) -> Iterator[Slide]:
     """Yield the slides of a motion in their order."""
     lines, rng = lines_of(config), np.random.default_rng(config.seed)

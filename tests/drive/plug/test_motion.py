@@ -22,7 +22,7 @@ import pytest
 from motionlab.cli.main import main
 from motionlab.config.drive import load_drive
 from motionlab.config.named_configs import data_root
-from motionlab.drive.commissioning import currents, seal
+from motionlab.drive.commissioning import currents, seal, shaking
 from motionlab.drive.commissioning.record import ORDER, CommissioningRecord
 from motionlab.drive.lease import SECONDS
 from motionlab.drive.plug import friction_step
@@ -497,6 +497,40 @@ def test_friction_is_identified_from_a_recorded_run(
     (stiction,) = (row for row in finding["rows"] if row["name"] == "x F_s")
     assert float(stiction["found"].split()[0]) == pytest.approx(3.59, rel=0.02)
     assert stiction["expected"] == "3.591 N"
+    assert anyone.get(DRIVE).json()["state"] == "ready"
+
+
+def test_a_response_is_measured_from_a_recorded_run_of_each_axis(
+    operator: Operator, anyone: httpx.Client, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(shaking, "SLIDES", 5)
+    monkeypatch.setattr(shaking, "LOWEST", 5.0)
+    place = f"{DRIVE}/commissioning"
+
+    def running() -> Any:
+        return anyone.get(place).json()["running"]
+
+    operator.arm()
+    anyone.post(f"{DRIVE}/disarm", headers=operator.lease)
+    operator.until(lambda status: status["state"] == "ready" and status["loop"]["phase_locked"])
+    before = (*BEFORE, "currents", "commutation", "homing", "hold", "friction")
+    anyone.put(place, json=found(dict.fromkeys(before, DONE_BEFORE)), headers=operator.lease)
+    confirmed = {"json": {"confirm": True}, "headers": operator.lease}
+    until(lambda: anyone.post(f"{place}/response", **confirmed).status_code == 200)
+    until(lambda: "y: " in str(running()))
+    until(lambda: running() is None)
+    finding = anyone.get(place).json()["steps"][8]["finding"]
+    assert finding["run"] and finding["holds"], finding["text"]
+    assert kept(anyone, finding["run"])["kind"] == "drive"
+    rows = {row["name"]: row for row in finding["rows"]}
+    for axis in "xy":
+        row = rows[f"{axis} crossover"]
+        here, there = (float(row[key].split()[0]) for key in ("found", "expected"))
+        assert here == pytest.approx(there, rel=0.05)
+        row = rows[f"{axis} mass"]
+        here, there = (float(row[key].split()[0]) for key in ("found", "expected"))
+        assert here == pytest.approx(there, rel=0.03)
+    assert not any("mode" in name for name in rows)
     assert anyone.get(DRIVE).json()["state"] == "ready"
 
 

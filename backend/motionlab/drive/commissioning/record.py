@@ -13,7 +13,15 @@ from motionlab.config.validation_errors import field_errors
 from motionlab.errors import ConfigError
 
 StepName = Literal[
-    "drives", "identity", "encoders", "currents", "commutation", "homing", "hold", "friction"
+    "drives",
+    "identity",
+    "encoders",
+    "currents",
+    "commutation",
+    "homing",
+    "hold",
+    "friction",
+    "response",
 ]
 _TEXT_MAX = 1000
 _Value = Annotated[float, AfterValidator(lambda value: value + 0.0)]  # -0 is 0 in a browser's JSON
@@ -69,6 +77,12 @@ STEPS = (
         "friction",
         "Identification",
         "Moves both axes slowly there and back, records a run and identifies friction from it.",
+        torque=True,
+    ),
+    Step(
+        "response",
+        "Frequency response",
+        "Slides each axis to and fro under a small multisine and measures its response, recorded.",
         torque=True,
     ),
 )

@@ -10,6 +10,7 @@ from fastapi import APIRouter, FastAPI
 from motionlab.drive.plug import commissioning_routes, routes
 from motionlab.drive.plug.drives import Drives
 from motionlab.drive.plug.friction_step import FrictionStep
+from motionlab.drive.plug.response_step import ResponseStep
 
 
 @asynccontextmanager
@@ -17,7 +18,8 @@ async def _linked(app: FastAPI) -> AsyncIterator[None]:
     """Keep the link of a server's settings."""
     state = app.state
     drives = state.drives = Drives(state.settings.drive)
-    drives.torque_steps["friction"] = FrictionStep(drives, state.sessions, state.workers)
+    served = (drives, state.sessions, state.workers)
+    drives.torque_steps |= {"friction": FrictionStep(*served), "response": ResponseStep(*served)}
     state.activities.append(lambda: drives.active)
     try:
         yield

@@ -276,12 +276,9 @@ def _document(
     *,
     whole: bool,
 ) -> MeasuredResponse:
-    request, loop, f, of_plant = (
-        planned.request,
-        measured.loop,
-        measured.frequency,
-        measured.of_plant,
-    )
+    request, loop, f = planned.request, measured.loop, measured.frequency
+    measured = dataclasses.replace(measured, of_plant=_of_acting_force(planned, measured))
+    of_plant = measured.of_plant
     controller = loop.controller.response(f)
     L, model = of_plant.response * controller, loop.open(f)
     spread, fitted = dict.fromkeys(NAMES), None
@@ -306,6 +303,19 @@ def _document(
         seconds=measured.seconds,
         warnings=list(measured.warnings),
     )
+
+
+def _of_acting_force(planned: ResponsePlan | RecordedPlan, measured: RecordedEstimate) -> Estimate:
+    """Return the response to the force that acts, where the lab's controller sends it late.
+
+    Its delay belongs to the controller, whose response has it already.
+    """
+    of_plant = measured.of_plant
+    if isinstance(planned, RecordedPlan) and not planned.own:
+        return of_plant
+    periods = planned.scenario.variants[planned.variant].controller.delay
+    turned = np.exp(2j * np.pi * measured.frequency * periods * CONTROL_PERIOD)
+    return dataclasses.replace(of_plant, response=of_plant.response * turned)
 
 
 def _measured(of_plant: Estimate) -> MeasuredPlant:

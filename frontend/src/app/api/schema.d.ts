@@ -14467,7 +14467,7 @@ export interface components {
              * Step
              * @enum {string}
              */
-            step: "drives" | "identity" | "encoders" | "currents" | "commutation" | "homing" | "hold" | "friction";
+            step: "drives" | "identity" | "encoders" | "currents" | "commutation" | "homing" | "hold" | "friction" | "response";
             /**
              * Since
              * @description Wall clock, s since 1970
@@ -16698,7 +16698,7 @@ export interface components {
              * Name
              * @enum {string}
              */
-            name: "drives" | "identity" | "encoders" | "currents" | "commutation" | "homing" | "hold" | "friction";
+            name: "drives" | "identity" | "encoders" | "currents" | "commutation" | "homing" | "hold" | "friction" | "response";
             /** Title */
             title: string;
             /** Task */
@@ -32443,7 +32443,7 @@ export interface operations {
                 Lease: string;
             };
             path: {
-                step: "drives" | "identity" | "encoders" | "currents" | "commutation" | "homing" | "hold" | "friction";
+                step: "drives" | "identity" | "encoders" | "currents" | "commutation" | "homing" | "hold" | "friction" | "response";
             };
             cookie?: never;
         };
@@ -32562,7 +32562,7 @@ export interface operations {
                 Lease: string;
             };
             path: {
-                step: "drives" | "identity" | "encoders" | "currents" | "commutation" | "homing" | "hold" | "friction";
+                step: "drives" | "identity" | "encoders" | "currents" | "commutation" | "homing" | "hold" | "friction" | "response";
             };
             cookie?: never;
         };

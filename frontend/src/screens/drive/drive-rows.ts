@@ -289,6 +289,13 @@ export function announced(step: string, { axes }: DriveStatus): Announced[] {
       return rows('x, then y', '2 mm and back', '5 mm/s', `${current(1)} at most, low gains`);
     case 'friction':
       return rows('x and y', 'up to 30 mm and back', 'up to 80 mm/s', `${current(1)} at most`);
+    case 'response':
+      return rows(
+        'x, then y',
+        'up to 75 mm about the middle and back',
+        'up to 45 mm/s',
+        `${current(1)} at most, low gains`,
+      );
     default:
       return [];
   }
