@@ -517,7 +517,7 @@ def test_a_response_is_measured_from_a_recorded_run_of_each_axis(
     anyone.put(place, json=found(dict.fromkeys(before, DONE_BEFORE)), headers=operator.lease)
     confirmed = {"json": {"confirm": True}, "headers": operator.lease}
     until(lambda: anyone.post(f"{place}/response", **confirmed).status_code == 200)
-    until(lambda: "y: " in str(running()))
+    until(lambda: running() is None or "y: " in str(running()))
     until(lambda: running() is None)
     finding = anyone.get(place).json()["steps"][8]["finding"]
     assert finding["run"] and finding["holds"], finding["text"]
