@@ -129,7 +129,7 @@ def finding_of(rows: list[FoundFigure], runs: list[str]) -> Finding:
     measured = " and ".join(f"{run} ({axis})" for axis, run in zip(AXES, runs, strict=True))
     text = f"measured in {measured}"
     unknown = [row.name for row in rows if not row.holds]
-    modes = [f"{row.name[0]} at {row.found}" for row in rows if _is_new_mode(row)]
+    modes = [row.name for row in rows if _is_new_mode(row)]
     if unknown:
         text = f"not determined by {measured}: {', '.join(unknown)}"
     elif modes:
