@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from motionlab.config.force_map import ForceMapConfig
 from motionlab.config.load import load_scenario
 from motionlab.force_sharing.functions import FUNCTIONS
 from motionlab.simulation.prepare import prepare
@@ -23,6 +24,7 @@ COEFFICIENTS = 0.003, 0.01, 0.03
 def least(force: float, points: int = 360) -> np.ndarray:
     """Return the least normal force at each position of a pole pitch, N, where it can be given."""
     own = load_scenario("circle").plant.x.force_map
+    assert isinstance(own, ForceMapConfig)
     angle = 2.0 * np.pi * (np.arange(points) + 0.5) / points
     angles = np.sort(np.mod(angle - 2.0 * np.pi * np.arange(3)[:, None] / 3.0, 2.0 * np.pi), axis=0)
     normal, left = np.zeros(points), np.full(points, force)
