@@ -284,7 +284,7 @@ _MODULES = {
     "cluster": "dask distributed",
     "postgres": "psycopg",
     "mdf": "asammdf",
-    "search": "cmaes optuna",
+    "search": "cmaes optuna sklearn",
 }
 EXTRA_OF = {module: extra for extra, modules in _MODULES.items() for module in modules.split()}
 """Extras of pyproject.toml by the modules that they bring."""

@@ -51,6 +51,7 @@ def test_every_accepted_job_is_of_one_kind(document: dict[str, Any]) -> None:
         "sweep": "frequency-sweep",
         "maps": "map",
         "friction-models": "friction-models",
+        "safe-tune": "safe-tune",
         "identify": "identify",
         "learn": "learn",
         "minute": "minute",

@@ -13,6 +13,7 @@ from motionlab.studies.montecarlo.study import MonteCarloStudy
 from motionlab.studies.own import own_studies
 from motionlab.studies.platform import PlatformStudy
 from motionlab.studies.response.study import ResponseStudy
+from motionlab.studies.safe_tune.study import SafeTuneStudy
 from motionlab.studies.sensitivity.study import SensitivityStudy
 from motionlab.studies.shape.study import ShapeStudy
 from motionlab.studies.sharing.study import SharingStudy
@@ -28,6 +29,7 @@ SHIPPED: tuple[Study, ...] = (
     FrictionModelsStudy(),
     TuneStudy(),
     LandscapeStudy(),
+    SafeTuneStudy(),
     LearnStudy(),
     MonteCarloStudy(),
     SweepStudy(),

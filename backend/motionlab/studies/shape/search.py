@@ -48,12 +48,15 @@ class Limits:
         Largest factor of a gain.
     filters : int
         Most filters that are added.
+    distance : float, optional
+        Least distance of L from -1; by default what the phase margin leaves, at most 0.5.
     """
 
     phase_margin: float
     gain_margin: float
     step: float
     filters: int
+    distance: float | None = None
 
 
 class Proposal(NamedTuple):
@@ -263,7 +266,7 @@ class Search:
                 around = np.abs(np.abs(L) - 1.0 / gain).argmin()
                 missed[title] = 1.0 - (sign * math.log(gain) - float(doubt[around])) / least
         distance = float((np.abs(1.0 + L) - doubt * np.abs(L)).min())
-        least_distance = min(0.5, 2.0 * math.sin(0.5 * limits.phase_margin))
+        least_distance = limits.distance or min(0.5, 2.0 * math.sin(0.5 * limits.phase_margin))
         # Filters count too: a lead raises all that lies above it.
         raised = float(np.log(np.abs(L / self._L_0)).max())
         missed["the step"] = raised / (math.log(limits.step) + 1e-9) - 1.0 - 2.0 * _ROOM

@@ -146,18 +146,7 @@ def shape(planned: ShapePlan, progress: Progress | None = None) -> ShapeDocument
 
     request, first = planned.request, planned.response
     measured = measure(first, lambda share, _: report(_MEASURED * share))
-    frequency, plant, deviation = arrays_of(measured)
-    sure = _CERTAIN * deviation <= _SURE * np.abs(plant)
-    if sure.sum() < _LINES_MIN:
-        raise ConfigError(
-            FieldError(
-                "run" if request.run else "force",
-                f"leaves too few frequencies whose interval is within {100 * _SURE:g} %",
-                int(sure.sum()),
-                f">= {_LINES_MIN}",
-            )
-        )
-    f, plant, deviation = frequency[sure], plant[sure], deviation[sure]
+    f, plant, deviation = sure_lines(measured, "run" if request.run else "force")
     controllers = Controllers(first.scenario, first.variant, request.axis, measured.velocity, f)
     before = present(controllers.config, request.axis)
     search = Search(
@@ -220,6 +209,22 @@ def arrays_of(measured: MeasuredResponse) -> tuple[Array, Complex, Array]:
     plant = magnitude * np.exp(1j * np.array(measured.plant.phase))
     deviation = np.array(measured.plant.interval) * magnitude * np.sqrt(2.0) / _CERTAIN
     return np.array(measured.frequency), plant, deviation
+
+
+def sure_lines(measured: MeasuredResponse, loc: str) -> tuple[Array, Complex, Array]:
+    """Return `arrays_of` at the frequencies whose interval is within 50 %.
+
+    Raises
+    ------
+    ConfigError
+        If too few are left, naming `loc`.
+    """
+    frequency, plant, deviation = arrays_of(measured)
+    sure = _CERTAIN * deviation <= _SURE * np.abs(plant)
+    if sure.sum() < _LINES_MIN:
+        message = f"leaves too few frequencies whose interval is within {100 * _SURE:g} %"
+        raise ConfigError(FieldError(loc, message, int(sure.sum()), f">= {_LINES_MIN}"))
+    return frequency[sure], plant[sure], deviation[sure]
 
 
 def rounded(shape: Shape) -> Shape:

@@ -73,6 +73,7 @@ export type StudyPath = Extract<
   | '/tune'
   | '/landscape'
   | '/friction-models'
+  | '/safe-tune'
   | '/identify'
   | '/learn'
   | '/minute'

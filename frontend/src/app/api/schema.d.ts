@@ -1025,6 +1025,28 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/safe-tune": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Tune gains on a machine in few motions, within margins and bounds
+         * @description Propose the next gains to try on a machine, inside margins and bounds on error and force.
+         *
+         *     Each request has the runs made so far; a rehearsal makes all motions on a simulated machine.
+         */
+        post: operations["tuneSafely"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/learn": {
         parameters: {
             query?: never;
@@ -5992,6 +6014,32 @@ export interface components {
             size: number;
         };
         /**
+         * Examined
+         * @description Gains within a step of a motion made, for drawing.
+         */
+        Examined: {
+            /**
+             * K P
+             * @description Proportional gain
+             */
+            k_p: number[];
+            /**
+             * K D
+             * @description Derivative gain
+             */
+            k_d: number[];
+            /**
+             * Refused
+             * @description Limit that is not sure to hold; empty: all are
+             */
+            refused: ("" | "margin" | "error" | "force")[];
+            /**
+             * Expected
+             * @description Expected metric
+             */
+            expected: (number | null)[];
+        };
+        /**
          * ExperimentProgress
          * @description Progress of the experiment.
          */
@@ -8514,7 +8562,7 @@ export interface components {
              * @description Its study, or simulate
              * @enum {string}
              */
-            kind: "simulate" | "replay" | "identify" | "friction-models" | "tune" | "landscape" | "learn" | "monte-carlo" | "sweep" | "sensitivity" | "minute" | "response" | "shape" | "frequency-sweep" | "map" | "reproduce";
+            kind: "simulate" | "replay" | "identify" | "friction-models" | "tune" | "landscape" | "safe-tune" | "learn" | "monte-carlo" | "sweep" | "sensitivity" | "minute" | "response" | "shape" | "frequency-sweep" | "map" | "reproduce";
         };
         /**
          * JobSummary
@@ -8604,7 +8652,7 @@ export interface components {
              * @description Its study, or simulate
              * @enum {string}
              */
-            kind: "simulate" | "replay" | "identify" | "friction-models" | "tune" | "landscape" | "learn" | "monte-carlo" | "sweep" | "sensitivity" | "minute" | "response" | "shape" | "frequency-sweep" | "map" | "reproduce";
+            kind: "simulate" | "replay" | "identify" | "friction-models" | "tune" | "landscape" | "safe-tune" | "learn" | "monte-carlo" | "sweep" | "sensitivity" | "minute" | "response" | "shape" | "frequency-sweep" | "map" | "reproduce";
             /**
              * Other Model
              * @description Whether another version of the model has computed it
@@ -9413,6 +9461,22 @@ export interface components {
              * @description Name that others see
              */
             holder: string;
+        };
+        /**
+         * LeastMargins
+         * @description Worst margins, stuck and sliding; null without a crossing.
+         */
+        LeastMargins: {
+            /**
+             * Gain Margin
+             * @description Factor up, or down, to the stability boundary
+             */
+            gain_margin: number | null;
+            /**
+             * Phase Margin
+             * @description Distance of arg L from -180 degrees
+             */
+            phase_margin: number | null;
         };
         /**
          * LeftField
@@ -10952,6 +11016,47 @@ export interface components {
             meets: components["schemas"]["Probability"] | null;
         };
         /**
+         * MotionMade
+         * @description A motion on the machine and what was measured in it.
+         */
+        MotionMade: {
+            /**
+             * Run
+             * @description Kept run; null in a rehearsal
+             */
+            run: string | null;
+            /**
+             * K P
+             * @description Proportional gain
+             */
+            k_p: number;
+            /**
+             * K D
+             * @description Derivative gain
+             */
+            k_d: number;
+            /**
+             * Metric
+             * @description What is made small: following error over the window
+             */
+            metric: number;
+            /**
+             * Error
+             * @description Largest following error from the first tick on
+             */
+            error: number;
+            /**
+             * Force
+             * @description Largest force command
+             */
+            force: number;
+            /**
+             * Within
+             * @description Whether error and force stayed within their limits
+             */
+            within: boolean;
+        };
+        /**
          * MotionRequest
          * @description A scenario and one of its variants.
          * @example {
@@ -11314,6 +11419,60 @@ export interface components {
              * @default false
              */
             for_ever: boolean;
+        };
+        /**
+         * NextMotion
+         * @description The motion that is proposed.
+         */
+        NextMotion: {
+            /**
+             * K P
+             * @description Proportional gain
+             */
+            k_p: number;
+            /**
+             * K D
+             * @description Derivative gain
+             */
+            k_d: number;
+            /**
+             * Changes
+             * @description Dotted path to value, for `--set` or a session
+             */
+            changes: {
+                [key: string]: unknown;
+            };
+            /**
+             * Expected
+             * @description Expected metric: the median
+             */
+            expected: number;
+            /**
+             * Error High
+             * @description Upper bound, 97.7 %, of the largest following error
+             */
+            error_high: number;
+            /**
+             * Force High
+             * @description Upper bound, 97.7 %, of the largest force command
+             */
+            force_high: number;
+            /** @description Of the measured loop, or of the scenario's motor */
+            margins: components["schemas"]["LeastMargins"];
+            /** @description Of the worst plausible motor */
+            plausible: components["schemas"]["LeastMargins"];
+            /**
+             * Improvement
+             * @description Expected, as a share of the least metric measured
+             */
+            improvement: number;
+            /**
+             * Beyond
+             * @description Whether a gain is larger than in every motion made, so that a person has to agree
+             */
+            beyond: boolean;
+            /** Text */
+            text: string;
         };
         /**
          * NotchConfig
@@ -14483,6 +14642,139 @@ export interface components {
              * @description What it does at the moment
              */
             text: string;
+        };
+        /**
+         * SafeTuneDocument
+         * @description The motions made, what is proposed next, and the best so far.
+         */
+        SafeTuneDocument: {
+            /**
+             * Error
+             * @description Limit of the error; null before the first motion
+             */
+            error: number | null;
+            /**
+             * Force
+             * @description Limit of the force command
+             */
+            force: number;
+            /** Motions */
+            motions: components["schemas"]["MotionMade"][];
+            /** @description null where the search has ended */
+            proposal: components["schemas"]["NextMotion"] | null;
+            /**
+             * Ended
+             * @description Why no further motion is proposed; empty where one is
+             */
+            ended: string;
+            /**
+             * Best
+             * @description Which motion is best among those within the limits
+             */
+            best: number | null;
+            /**
+             * Changes
+             * @description Gains of the best motion as dotted paths; empty where they are the present
+             */
+            changes: {
+                [key: string]: unknown;
+            };
+            examined: components["schemas"]["Examined"];
+            /** Warnings */
+            warnings: string[];
+        };
+        /**
+         * SafeTuneJob
+         * @description A job of the kind safe-tune.
+         */
+        SafeTuneJob: {
+            /**
+             * Id
+             * @description Identifier, part of its URL
+             */
+            id: string;
+            /**
+             * State
+             * @description queued, running, done, failed, cancelled, or interrupted by the server's end
+             * @enum {string}
+             */
+            state: "queued" | "running" | "done" | "failed" | "cancelled" | "interrupted";
+            /**
+             * Progress
+             * @description Share of the work that is done, 0 to 1
+             */
+            progress: number;
+            /**
+             * Created
+             * Format: date-time
+             * @description When it was asked for
+             */
+            created: string;
+            /**
+             * Elapsed
+             * @description Time that it has run, s
+             */
+            elapsed: number;
+            /**
+             * Remaining
+             * @description Estimate of the time that it still needs, s
+             */
+            remaining: number | null;
+            /**
+             * Waits For
+             * @description Why it is queued: the server starts, other jobs run, kernels are compiled, runs and sessions hold the memory; null when it is not
+             */
+            waits_for?: ("server" | "jobs" | "kernels" | "memory") | null;
+            /**
+             * Subject
+             * @description What it is of, in short: a scenario, a run, a preset
+             * @default
+             */
+            subject: string;
+            /**
+             * Version
+             * @description Version of the program that computes it
+             * @default
+             */
+            version: string;
+            /**
+             * Model
+             * @description Hash of the model's sources
+             * @default
+             */
+            model: string;
+            /**
+             * Shipped
+             * @description Whether it came with the program
+             * @default false
+             */
+            shipped: boolean;
+            /**
+             * Error
+             * @description Why a job failed or was interrupted
+             */
+            error: string | null;
+            /**
+             * Unrecorded
+             * @description Why there is no record of it beyond the server's end
+             */
+            unrecorded?: string | null;
+            /**
+             * Request
+             * @description Body of the request that asked for it
+             */
+            request: {
+                [key: string]: unknown;
+            };
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "safe-tune";
+            /** @description Results so far, of a job that is running or was interrupted */
+            partial?: components["schemas"]["SafeTuneDocument"] | null;
+            /** @description Results of a job that is done */
+            result?: components["schemas"]["SafeTuneDocument"] | null;
         };
         /**
          * SampledColumn
@@ -19525,7 +19817,7 @@ export interface operations {
         parameters: {
             query?: {
                 /** @description Only jobs of this kind */
-                kind?: ("simulate" | "replay" | "identify" | "friction-models" | "tune" | "landscape" | "learn" | "monte-carlo" | "sweep" | "sensitivity" | "minute" | "response" | "shape" | "frequency-sweep" | "map" | "reproduce") | null;
+                kind?: ("simulate" | "replay" | "identify" | "friction-models" | "tune" | "landscape" | "safe-tune" | "learn" | "monte-carlo" | "sweep" | "sensitivity" | "minute" | "response" | "shape" | "frequency-sweep" | "map" | "reproduce") | null;
             };
             header?: never;
             path?: never;
@@ -19674,7 +19966,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["ReplayJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["FrictionModelsJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["LearningJob"] | components["schemas"]["MonteCarloJob"] | components["schemas"]["SweepJob"] | components["schemas"]["SensitivityJob"] | components["schemas"]["MinuteJob"] | components["schemas"]["ResponseJob"] | components["schemas"]["ShapeJob"] | components["schemas"]["FrequencySweepJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"];
+                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["ReplayJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["FrictionModelsJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["SafeTuneJob"] | components["schemas"]["LearningJob"] | components["schemas"]["MonteCarloJob"] | components["schemas"]["SweepJob"] | components["schemas"]["SensitivityJob"] | components["schemas"]["MinuteJob"] | components["schemas"]["ResponseJob"] | components["schemas"]["ShapeJob"] | components["schemas"]["FrequencySweepJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"];
                 };
             };
             /** @description Bad Request */
@@ -19762,7 +20054,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["ReplayJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["FrictionModelsJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["LearningJob"] | components["schemas"]["MonteCarloJob"] | components["schemas"]["SweepJob"] | components["schemas"]["SensitivityJob"] | components["schemas"]["MinuteJob"] | components["schemas"]["ResponseJob"] | components["schemas"]["ShapeJob"] | components["schemas"]["FrequencySweepJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"];
+                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["ReplayJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["FrictionModelsJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["SafeTuneJob"] | components["schemas"]["LearningJob"] | components["schemas"]["MonteCarloJob"] | components["schemas"]["SweepJob"] | components["schemas"]["SensitivityJob"] | components["schemas"]["MinuteJob"] | components["schemas"]["ResponseJob"] | components["schemas"]["ShapeJob"] | components["schemas"]["FrequencySweepJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"];
                 };
             };
             /** @description Bad Request */
@@ -24022,6 +24314,347 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["LandscapeJob"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    tuneSafely: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": {
+                    /**
+                     * Scenario
+                     * @default circle
+                     */
+                    scenario?: ("circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | ({
+                        /** @enum {string} */
+                        base?: "circle" | "circle-matched" | "circle-published-k" | "circle-resonant" | "circle-reversed-k" | "fig5" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y";
+                        /**
+                         * Name
+                         * @description Short name
+                         * @default custom
+                         */
+                        name?: string;
+                        /**
+                         * Title
+                         * @description One line for people
+                         * @default
+                         */
+                        title?: string;
+                        /**
+                         * Description
+                         * @description What it shows and whose choice its numbers are
+                         * @default
+                         */
+                        description?: string;
+                        /**
+                         * Seed
+                         * @description Seed of every noise source
+                         * @default 2019
+                         */
+                        seed?: number;
+                        /**
+                         * Settling Band
+                         * @description Following error below which a move counts as settled
+                         * @default 0.000002
+                         */
+                        settling_band?: number;
+                        /**
+                         * Divergence Error
+                         * @description Following error beyond which a variant has diverged
+                         * @default 0.02
+                         */
+                        divergence_error?: number;
+                        /**
+                         * thrust reserve
+                         * @description Share of the force sharing's linear range that a motion leaves to feedback to be feasible
+                         * @default 0.12
+                         */
+                        thrust_reserve?: number;
+                        plant?: string | Record<string, never>;
+                        trajectory?: ("circle" | "multisine-x" | "multisine-y" | "pentagram" | "rhombus" | "stair-x-500nm" | "stair-y-500nm" | "stair-y-50mm" | "trapezoid-y") | Record<string, never>;
+                        variants?: {
+                            [key: string]: Record<string, never>;
+                        };
+                        load?: Record<string, never>;
+                        schedule?: Record<string, never>[];
+                        window?: Record<string, never> | null;
+                        learnt?: Record<string, never> | null;
+                    } | unknown | unknown);
+                    /**
+                     * Set
+                     * @description Dotted path to value, SI
+                     */
+                    set?: {
+                        [key: string]: unknown;
+                    };
+                    /**
+                     * gains of
+                     * @description Whose gains; left out: the second variant, or the only one
+                     */
+                    variant?: string | null;
+                    /**
+                     * Axis
+                     * @description Axis
+                     * @default x
+                     * @enum {string}
+                     */
+                    axis?: "x" | "y";
+                    /**
+                     * Runs
+                     * @description Kept runs of the motions made on the machine so far: same motion, same controller but for k_p and k_d of the axis. Without any, the present gains are proposed
+                     * @default []
+                     */
+                    runs?: string[];
+                    /**
+                     * Machine
+                     * @description Changes that make the simulated machine of a rehearsal, such as plant: all motions are made on it at once, unseen by the search but for errors and forces
+                     */
+                    machine?: {
+                        [key: string]: unknown;
+                    } | null;
+                    /**
+                     * Response
+                     * @description Kept run of a `multisine` on the machine, made with the present gains: margins are then read off the measured open loop, not the scenario's motor
+                     */
+                    response?: string | null;
+                    /**
+                     * Measure
+                     * @description Of a rehearsal: whether it begins with such a measurement
+                     * @default true
+                     */
+                    measure?: boolean;
+                    /**
+                     * Metric
+                     * @description Following error over the metrics window that is made small
+                     * @default peak
+                     * @enum {string}
+                     */
+                    metric?: "peak" | "rms";
+                    /**
+                     * Error
+                     * @description Largest following error allowed, from the motion's first tick on; left out: twice that of the first motion
+                     * @example 0.00005
+                     */
+                    error?: number | null;
+                    /**
+                     * Force
+                     * @description Largest force command allowed; left out: 90 % of the controller's limit
+                     * @example 30
+                     */
+                    force?: number | null;
+                    /**
+                     * Gain Margin
+                     * @description Least gain margin, up or down, of the measured loop at the worse end of its interval, or else of the scenario's motor; a plausible motor keeps half of it in dB
+                     * @default 2
+                     */
+                    gain_margin?: number;
+                    /**
+                     * Phase Margin
+                     * @description Least phase margin, likewise
+                     * @default 0.5235987755982988
+                     */
+                    phase_margin?: number;
+                    /**
+                     * Step
+                     * @description Largest factor between a gain and that of the nearest motion made
+                     * @default 1.5
+                     */
+                    step?: number;
+                    /**
+                     * Motions
+                     * @description Most motions
+                     * @default 20
+                     */
+                    motions?: number;
+                    /**
+                     * Improvement
+                     * @description Expected improvement below which the search stops
+                     * @default 0.02
+                     */
+                    improvement?: number;
+                    /**
+                     * Motors
+                     * @description Plausible motors, drawn about the scenario's
+                     * @default 16
+                     */
+                    motors?: number;
+                    /**
+                     * Vary
+                     * @description How plausible motors differ from the scenario's
+                     * @default [
+                     *       {
+                     *         "path": "friction.F_s",
+                     *         "kind": "log-normal",
+                     *         "sigma": 0.25
+                     *       },
+                     *       {
+                     *         "path": "friction.F_c",
+                     *         "kind": "log-normal",
+                     *         "sigma": 0.4
+                     *       },
+                     *       {
+                     *         "path": "friction.v_s",
+                     *         "kind": "log-normal",
+                     *         "sigma": 0.4
+                     *       },
+                     *       {
+                     *         "path": "friction.sigma_0",
+                     *         "kind": "log-normal",
+                     *         "sigma": 0.2
+                     *       },
+                     *       {
+                     *         "path": "friction.sigma_1",
+                     *         "kind": "log-normal",
+                     *         "sigma": 0.4
+                     *       },
+                     *       {
+                     *         "path": "friction.sigma_2",
+                     *         "kind": "log-normal",
+                     *         "sigma": 0.3
+                     *       },
+                     *       {
+                     *         "path": "mass",
+                     *         "kind": "log-normal",
+                     *         "sigma": 0.05
+                     *       },
+                     *       {
+                     *         "path": "force_map.F_pk",
+                     *         "kind": "log-normal",
+                     *         "sigma": 0.05
+                     *       },
+                     *       {
+                     *         "path": "force_map.offset",
+                     *         "kind": "normal",
+                     *         "sigma": 0.00005
+                     *       },
+                     *       {
+                     *         "path": "amplifiers.gain",
+                     *         "kind": "normal",
+                     *         "sigma": 0.03
+                     *       },
+                     *       {
+                     *         "path": "amplifiers.offset",
+                     *         "kind": "normal",
+                     *         "sigma": 0.1
+                     *       },
+                     *       {
+                     *         "path": "amplifiers.bandwidth",
+                     *         "kind": "log-uniform",
+                     *         "low": 500,
+                     *         "high": 2000
+                     *       },
+                     *       {
+                     *         "path": "resonance.frequency",
+                     *         "kind": "log-normal",
+                     *         "sigma": 0.05
+                     *       },
+                     *       {
+                     *         "path": "resonance.coupling",
+                     *         "kind": "log-normal",
+                     *         "sigma": 0.2
+                     *       }
+                     *     ]
+                     */
+                    vary?: components["schemas"]["Variation"][];
+                    /**
+                     * Seed
+                     * @description Of the plausible motors
+                     * @default 0
+                     */
+                    seed?: number;
+                };
+            };
+        };
+        responses: {
+            /** @description Accepted as a job, at its Location */
+            202: {
+                headers: {
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SafeTuneJob"];
                 };
             };
             /** @description Bad Request */

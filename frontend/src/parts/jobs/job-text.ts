@@ -75,6 +75,7 @@ interface Place {
 
 const PLACES: Readonly<Record<JobKind, Place>> = {
   identify: { name: 'Identification', screen: 'identify' },
+  'safe-tune': { name: 'Tuning on the machine', screen: 'tune' },
   'friction-models': { name: 'Friction models', screen: 'identify' },
   tune: { name: 'Search for gains', screen: 'tune' },
   landscape: { name: 'Map of the cost', screen: 'tune' },

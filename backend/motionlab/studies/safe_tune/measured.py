@@ -1,0 +1,141 @@
+"""What a kept run measured of a motion, and whether it was the same motion but for its gains."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from motionlab.config.scenario import Scenario
+from motionlab.errors import Busy, ConfigError, FieldError, Unknown
+from motionlab.library.columns import of_run
+from motionlab.library.library import library
+from motionlab.studies.minute.recorded import scenario_at
+from motionlab.studies.safe_tune.documents import SafeTuneRequest
+
+_NAMED = 6  # differences that are listed
+
+
+class RunMeasured(NamedTuple):
+    """What a motion measured.
+
+    Attributes
+    ----------
+    run : str or None
+        Kept run; None in a rehearsal.
+    k_p, k_d : float
+        Its gains.
+    metric, error : float
+        Following error over the window, as requested, and largest from the first tick on, m.
+    force : float
+        Largest force command, N.
+    """
+
+    run: str | None
+    k_p: float
+    k_d: float
+    metric: float
+    error: float
+    force: float
+
+
+def read_run(  # noqa: PLR0913 - what a run is held against
+    run_id: str,
+    loc: str,
+    *,
+    scenario: Scenario,
+    variant: str,
+    request: SafeTuneRequest,
+    window: tuple[int, int],
+) -> RunMeasured:
+    """Return what a run measured.
+
+    Raises
+    ------
+    ConfigError
+        If there is no such run, its motion or controller is another but for the gains, they were
+        changed during it, it does not reach the end of the window, or samples are missing.
+    """
+    try:
+        run = library().complete(run_id)
+    except (Unknown, Busy) as error:
+        raise ConfigError(FieldError(loc, str(error), run_id, "a kept run")) from error
+    if run.scenario_document is None:
+        message = "is an imported measurement, without the lab's controller"
+        raise ConfigError(FieldError(loc, message, run_id))
+    if variant not in run.variants:
+        allowed = "one of " + ", ".join(run.variants)
+        raise ConfigError(FieldError("variant", f"is no variant of run {run_id}", variant, allowed))
+    start, end = window
+    for event in run.events:
+        if event.kind in {"change", "law", "push", "stop"} and event.tick < end:
+            if event.kind == "change" and event.tick <= run.first_tick:
+                continue
+            message = f"run {run_id} has a {event.kind} in the motion"
+            raise ConfigError(FieldError(loc, message, event.tick, unit="ticks"))
+    own = scenario_at(run, 0)
+    same_but_gains(scenario, own, variant, request.axis, loc)
+    gains: Any = getattr(own.variants[variant].controller, request.axis)
+    names = [f"{variant}.{request.axis}.{name}" for name in ("following_error", "force_command")]
+    if run.first_tick > 0 or run.first_tick + run.ticks < end:
+        message = f"run {run_id} has not the whole motion, from its first tick to the window's end"
+        raise ConfigError(FieldError(loc, message, run.ticks, f">= {end}", "ticks"))
+    samples = of_run(run_id).read(names)[:, :end].astype(np.float64)
+    if not np.isfinite(samples).all():
+        missing = int(np.argmin(np.isfinite(samples).all(axis=0)))
+        message = f"run {run_id} lacks samples, or diverged; first at this tick"
+        raise ConfigError(FieldError(loc, message, missing, unit="ticks"))
+    error = np.abs(samples[0])
+    inside = error[start:]
+    metric = inside.max() if request.metric == "peak" else np.sqrt(np.mean(inside**2))
+    return RunMeasured(
+        run_id,
+        gains.k_p,
+        gains.k_d,
+        float(metric),
+        float(error.max()),
+        float(np.abs(samples[1]).max()),
+    )
+
+
+def same_but_gains(scenario: Scenario, own: Scenario, variant: str, axis: str, loc: str) -> None:
+    """Refuse a run whose motion or controller is another one, but for the gains of the axis.
+
+    Of a response the motion does not matter.
+
+    Raises
+    ------
+    ConfigError
+        Naming what differs.
+    """
+    here, there = (_essence(each, variant, axis) for each in (scenario, own))
+    if loc == "response":
+        here["trajectory"] = there["trajectory"] = None
+    differing = sorted(_differences(here, there))
+    if differing:
+        more = f" and {len(differing) - _NAMED} more" if len(differing) > _NAMED else ""
+        listed = ", ".join(differing[:_NAMED])
+        message = f"is a run of another motion or controller: {listed}{more} differ"
+        raise ConfigError(FieldError(loc, message))
+
+
+def _essence(scenario: Scenario, variant: str, axis: str) -> dict[str, Any]:
+    if variant not in scenario.variants:
+        return {"variant": None}
+    controller = scenario.variants[variant].controller.model_dump(mode="json")
+    controller[axis] = {k: v for k, v in controller[axis].items() if k not in {"k_p", "k_d"}}
+    other = "y" if axis == "x" else "x"
+    controller.pop(other)
+    return {
+        "trajectory": scenario.trajectory.model_dump(mode="json"),
+        "controller": controller,
+    }
+
+
+def _differences(here: Any, there: Any, path: str = "") -> set[str]:
+    if isinstance(here, dict) and isinstance(there, dict):
+        found: set[str] = set()
+        for key in here.keys() | there.keys():
+            found |= _differences(here.get(key), there.get(key), f"{path}.{key}" if path else key)
+        return found
+    return set() if here == there else {path}
