@@ -21,6 +21,7 @@ examples:
   motionlab drive status
   motionlab drive reset
   motionlab drive run circle --variant B --arm
+  motionlab drive tune circle --variant B --axis x
   motionlab drive commission
   motionlab drive commission commutation --confirm
   motionlab drive commission commutation --take
@@ -31,6 +32,7 @@ The server needs --drive; `motionlab docs drive`. stop needs no control: it is f
 _POLL = 0.1  # s
 _UP_TIME = 60.0  # s, for drives to come up, to enable, to come to rest
 _WRITTEN = 20  # turns of this, until the recording of a short motion has begun
+_UNDER_WAY = {"queued", "running"}
 _MICRO = 1e6
 
 
@@ -77,6 +79,21 @@ def add(commands: Any) -> None:
     _add_scenario(moving)
     moving.add_argument("--arm", action="store_true", help="switch the torque on before")
     add_json(moving)
+    tuning = order("tune", _tune, "tune gains in few motions, asking before each; then stop")
+    _add_scenario(tuning)
+    tuning.add_argument("--axis", choices=("x", "y"), default="x", help="default: %(default)s")
+    tuning.add_argument("--metric", choices=("peak", "rms"), default="peak", help="of the error")
+    tuning.add_argument("--response", metavar="RUN", help="kept run of a multisine, for margins")
+    tuning.add_argument(
+        "--run", dest="runs", metavar="RUN", action="append", default=[], help="motion made before"
+    )
+    for name, unit, what in (
+        ("--error", "M", "largest following error allowed (default: twice the first motion's)"),
+        ("--force", "N", "largest force command allowed (default: 90 %% of the limit)"),
+        ("--step", "X", "largest factor of a gain from a motion made (default: 1.5)"),
+    ):
+        tuning.add_argument(name, metavar=unit, type=float, help=what)
+    tuning.add_argument("--motions", metavar="N", type=int, help="most motions (default: 20)")
 
 
 def _add_scenario(parser: Any) -> None:
@@ -234,19 +251,8 @@ def _run(options: argparse.Namespace) -> int:
     with _control(server) as lease:
         if options.arm:
             _switch_on(server, lease, request)
-        session = server.call("POST", "/drive/motions", request, lease.headers)
-        place = f"/sessions/{session['id']}"
-        while (session := server.call("GET", place))["state"] in {"playing", "stopping"}:
-            time.sleep(_POLL)
-        # The recording of a short motion may begin after its end.
-        for _ in range(_WRITTEN):
-            if session["run"] is not None:
-                break
-            time.sleep(_POLL)
-            session = server.call("GET", place)
-        metrics = server.call("GET", f"{place}/metrics")
+        session, metrics = _move(server, lease, request)
         status = server.call("GET", "/drive")
-        server.call("DELETE", place)
     done = session["state"] == "finished"
     if options.json:
         print(json.dumps({"run": session["run"], "state": session["state"], **metrics}))
@@ -255,6 +261,82 @@ def _run(options: argparse.Namespace) -> int:
     if not done:
         print(f"motionlab: {_ended(status)}", file=sys.stderr)
     return DONE if done else FAILED
+
+
+def _move(
+    server: LabServer, lease: HeldLease, request: dict[str, Any]
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Carry out one motion; return its session at the end, and its metrics."""
+    session = server.call("POST", "/drive/motions", request, lease.headers)
+    place = f"/sessions/{session['id']}"
+    while (session := server.call("GET", place))["state"] in {"playing", "stopping"}:
+        time.sleep(_POLL)
+    # The recording of a short motion may begin after its end.
+    for _ in range(_WRITTEN):
+        if session["run"] is not None:
+            break
+        time.sleep(_POLL)
+        session = server.call("GET", place)
+    metrics = server.call("GET", f"{place}/metrics")
+    server.call("DELETE", place)
+    return session, metrics
+
+
+def _tune(options: argparse.Namespace) -> int:
+    """Tune on the drives: a person agrees to each motion before it is made."""
+    from motionlab.studies.safe_tune.documents import SafeTuneDocument
+    from motionlab.studies.safe_tune.report import in_words, report
+
+    server = LabServer(options.server)
+    request = _request(options)
+    runs = [*options.runs]
+    names = ("axis", "metric", "response", "error", "force", "step", "motions")
+    asked = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
+    armed = False
+    with _control(server) as lease:
+        while True:
+            job = server.call("POST", "/safe-tune", {**request, **asked, "runs": runs})
+            while (job := server.call("GET", f"/jobs/{job['id']}"))["state"] in _UNDER_WAY:
+                time.sleep(_POLL)
+            if job["state"] != "done":
+                raise ServerRefused(job["error"] or f"the search was {job['state']}", "safe-tune")
+            document = SafeTuneDocument.model_validate(job["result"])
+            motion = document.proposal
+            if motion is None:
+                print(report(document))
+                return DONE if document.best is not None else FAILED
+            print("\n".join([*document.warnings, *in_words(motion)]))
+            if not _agreed(len(runs) + 1):
+                print(report(document))
+                return DONE
+            moving = {**request, "set": {**request.get("set", {}), **motion.changes}}
+            if not armed:
+                _switch_on(server, lease, moving)
+                armed = True
+            session, _ = _move(server, lease, moving)
+            if session["state"] != "finished" or session["run"] is None:
+                print(f"motionlab: {_ended(server.call('GET', '/drive'))}", file=sys.stderr)
+                return FAILED
+            _kept(server, session["run"])
+            runs.append(session["run"])
+            print(f"run {session['run']}")
+
+
+def _agreed(number: int) -> bool:
+    """Ask whether the mover may move; without anybody to answer it may not."""
+    try:
+        return input(f"Make motion {number}? [y/N] ").strip().lower() in {"y", "yes"}
+    except EOFError:
+        return False
+
+
+def _kept(server: LabServer, run: str) -> None:
+    """Wait until a run is complete."""
+    deadline = time.monotonic() + _UP_TIME
+    while server.call("GET", f"/runs/{run}")["state"] == "recording":
+        if time.monotonic() > deadline:
+            raise ServerRefused(f"run {run} is still being recorded", "safe-tune")
+        time.sleep(_POLL)
 
 
 def _control(server: LabServer) -> HeldLease:

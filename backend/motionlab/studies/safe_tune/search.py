@@ -14,7 +14,6 @@ Global Optimization 13, 1998).
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -95,7 +94,7 @@ class Examination:
     @property
     def safe(self) -> Bools:
         """Whether all holds, shape (n,)."""
-        return self.holds.all(axis=0)
+        return np.asarray(self.holds.all(axis=0))
 
 
 def examine(
@@ -163,9 +162,3 @@ def _discrepancy(at: Array, ratio: Array, where: Array) -> tuple[Array, Array]:
         process.fit(at, ratio)
     mean, spread = process.predict(where, return_std=True)
     return mean, np.hypot(spread, _NOISE)
-
-
-def nearest(gains: Array, others: Sequence[tuple[float, float]]) -> float:
-    """Return the largest factor between gains and those of the nearest of others."""
-    apart = np.abs(np.log(gains) - np.log(np.array(others))).max(axis=1)
-    return float(np.exp(apart.min()))
