@@ -288,14 +288,20 @@ def _tune(options: argparse.Namespace) -> int:
     from motionlab.studies.safe_tune.report import in_words, report
 
     server = LabServer(options.server)
+    if options.variant is None:
+        from motionlab.config.load import load_scenario
+
+        options.variant = [*load_scenario(source(options)).variants][:2][-1]
     request = _request(options)
+    delay = f"variants.{options.variant}.controller.delay"
+    searched = {**request, "set": {**request.get("set", {}), delay: 1}}  # as it is on drives
     runs = [*options.runs]
     names = ("axis", "metric", "response", "error", "force", "step", "motions")
     asked = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
     armed = False
     with _control(server) as lease:
         while True:
-            job = server.call("POST", "/safe-tune", {**request, **asked, "runs": runs})
+            job = server.call("POST", "/safe-tune", {**searched, **asked, "runs": runs})
             while (job := server.call("GET", f"/jobs/{job['id']}"))["state"] in _UNDER_WAY:
                 time.sleep(_POLL)
             if job["state"] != "done":

@@ -62,9 +62,9 @@ def aligned(one: Record, two: Record) -> Alignment | None:
 
     The offsets of largest correlation, over all lags at which half of the shorter record is
     covered, are refined by Gauss-Newton on ``y1(t) = g y2((t - offset)/(1 + drift)) + c`` over
-    offset, drift, gain g and bias c, and the best of them is returned, with the slopes of y1 as instruments (Söderström and Stoica,
-    Instrumental variable methods, 1983); a drift within its 95 % interval of 0 is left out. Gaps
-    count for nothing.
+    offset, drift, gain g and bias c, and the best of them is returned, with the slopes of y1 as
+    instruments (Söderström and Stoica, Instrumental variable methods, 1983); a drift within its
+    95 % interval of 0 is left out. Gaps count for nothing.
 
     Parameters
     ----------

@@ -29,6 +29,8 @@ class RunMeasured(NamedTuple):
         Following error over the window, as requested, and largest from the first tick on, m.
     force : float
         Largest force command, N.
+    delay : int
+        Periods from a measurement to its command: drives have one more than a simulation.
     """
 
     run: str | None
@@ -37,6 +39,7 @@ class RunMeasured(NamedTuple):
     metric: float
     error: float
     force: float
+    delay: int = 0
 
 
 def read_run(  # noqa: PLR0913 - what a run is held against
@@ -95,6 +98,7 @@ def read_run(  # noqa: PLR0913 - what a run is held against
         float(metric),
         float(error.max()),
         float(np.abs(samples[1]).max()),
+        own.variants[variant].controller.delay,
     )
 
 
@@ -125,7 +129,8 @@ def _essence(scenario: Scenario, variant: str, axis: str) -> dict[str, Any]:
     controller = scenario.variants[variant].controller.model_dump(mode="json")
     controller[axis] = {k: v for k, v in controller[axis].items() if k not in {"k_p", "k_d"}}
     other = "y" if axis == "x" else "x"
-    controller.pop(other)
+    for name in (other, "delay"):
+        controller.pop(name)
     return {
         "trajectory": scenario.trajectory.model_dump(mode="json"),
         "controller": controller,

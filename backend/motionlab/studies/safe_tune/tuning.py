@@ -128,6 +128,7 @@ def plan(request: SafeTuneRequest, source: Source | None = None) -> SafeTunePlan
         )
         for k, run in enumerate(request.runs)
     )
+    scenario = _delayed(scenario, variant, runs)
     # A motion is looked at from 121 gains about it, overlapping ones once, over window and whole.
     asked = request.motions if machine is not None else 1
     seconds = bench.window[1] * CONTROL_PERIOD * 2.0 * 121.0 * asked * max(1, len(runs), asked // 2)
@@ -171,6 +172,20 @@ def tune_safely(planned: SafeTunePlan, progress: Progress | None = None) -> Safe
         k_p, k_d = document.proposal.k_p, document.proposal.k_d
         outputs = machine.measure(np.array([k_p]), np.array([k_d]))[:, 0]
         runs.append(RunMeasured(None, k_p, k_d, *outputs.tolist()))
+
+
+def _delayed(scenario: Scenario, variant: str, runs: tuple[RunMeasured, ...]) -> Scenario:
+    """Return the scenario with the delay of the runs: on drives it is a period."""
+    delays = {each.delay for each in runs}
+    if not delays:
+        return scenario
+    if len(delays) > 1:
+        message = "are of machines with different delays, such as a simulation and drives"
+        raise ConfigError(FieldError(_RUNS, message, sorted(delays), unit="periods"))
+    owner = scenario.variants[variant]
+    controller = owner.controller.model_copy(update={"delay": delays.pop()})
+    changed = owner.model_copy(update={"controller": controller})
+    return scenario.model_copy(update={"variants": {**scenario.variants, variant: changed}})
 
 
 def _machine(scenario: Scenario, changes: dict[str, Any], variant: str) -> Scenario:
