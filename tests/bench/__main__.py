@@ -38,6 +38,7 @@ from tests.bench.plots import plots
 from tests.bench.response import response
 from tests.bench.runs import runs
 from tests.bench.runs_index import runs_index
+from tests.bench.safe import safe
 from tests.bench.scene import scene
 from tests.bench.scripting import scripting
 from tests.bench.speed import speed
@@ -66,6 +67,7 @@ _KERNEL: dict[str, Callable[[str], Iterator[Row]]] = {
     "learning": lambda _: learning(),
     "response": lambda _: response(),
     "minute": lambda _: minute(),
+    "safe": lambda _: safe(),
     "truth": lambda _: truth(),
     "instrument": lambda _: instrument(),
     "trajectories": lambda _: trajectories(),

@@ -75,6 +75,14 @@ def test_noise_has_no_modes() -> None:
     assert terms.count(("mass",)) >= 57
 
 
+def test_a_single_bad_line_is_no_mode() -> None:
+    P, deviation = noisy(known(("mass",), MASS), LINES, 0.02, 5)
+    P[30] *= 1.5  # an outlier of 25 deviations
+    fitted = fit(LINES, P, deviation, T)
+    assert fitted is not None
+    assert "mode" not in fitted.terms
+
+
 def test_three_modes_are_told_apart() -> None:
     modes = [np.array([f, 0.02, share]) for f, share in ((60.0, 0.3), (180.0, -0.2), (420.0, 0.4))]
     true = known(("mass", "mode", "mode", "mode"), MASS, *modes)

@@ -353,6 +353,26 @@ def test_the_command_line(
     assert "does not answer" in capsys.readouterr().err
 
 
+def test_gains_are_tuned_on_the_drives(
+    anyone: httpx.Client,
+    linked_server: Server,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    with Operator(anyone) as operator:  # and so the drives are up
+        operator.until(lambda status: status["state"] == "ready")
+    answers = iter(["y", "y", "n"])
+    monkeypatch.setattr("builtins.input", lambda _: next(answers))
+    line = ["drive", "tune", "circle", "--axis", "x", "--server", linked_server.url]
+    changes = [f"--set={path}={value}" for path, value in SHORT.items()]
+    assert main([*line, *changes]) == DONE
+    out = capsys.readouterr().out
+    assert out.count("\nrun r-") == 2
+    assert "beyond every motion made" in out
+    assert "best so far:" in out
+    operator.until(lambda status: status["state"] == "ready" and status["holder"] is None)
+
+
 def test_the_example_runs_a_then_b(operator: Operator, linked_server: Server) -> None:
     operator.arm()  # and so the drives are up
     operator.fall_silent()

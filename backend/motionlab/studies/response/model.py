@@ -13,8 +13,9 @@ over all aliases ``s_n = j (w + 2 pi n/T)``::
 Parameters minimise ``S = sum |P_measured - P_T|^2/deviation^2``. Terms are added one at a time
 while they lower the Bayesian information criterion with unknown scale, ``2 n ln(S/n) + p ln(2 n)``
 for n lines and p parameters (Schwarz 1978, doi 10.1214/aos/1176344136), by 10, which Kass and
-Raftery (1995, doi 10.1080/01621459.1995.10476572) call very strong evidence. The scale is free, so
-that intervals that are too short everywhere bring about no modes.
+Raftery (1995, doi 10.1080/01621459.1995.10476572) call very strong evidence, with all lines and
+without the one that the term improves most. The scale is free, so that intervals that are too short
+everywhere bring about no modes.
 """
 
 from __future__ import annotations
@@ -136,11 +137,25 @@ def fit(frequency: Array, plant: Complex, deviation: Array, period: float) -> Fi
     fitting = _Fitting(frequency, plant, np.maximum(deviation, least), period)
     best = fitting.begin()
     while True:
-        tried = [each for each in fitting.larger(best) if each is not None]
+        larger = [each for each in fitting.larger(best) if each is not None]
+        tried = [each for each in larger if _on_several_lines(best, each)]
         more = min(tried, key=lambda each: each.criterion, default=best)
         if more.criterion > best.criterion - _CONVINCING:
             return best
         best = more
+
+
+def _on_several_lines(model: FittedModel, larger: FittedModel) -> bool:
+    """Return whether a term convinces without the line that it improves most.
+
+    A mode much narrower than the distance of the lines would describe any single bad one.
+    """
+    before, after = np.abs(model.residual) ** 2, np.abs(larger.residual) ** 2
+    rest = np.arange(len(before)) != np.argmax(before - after)
+    count = 2 * int(rest.sum())
+    spent = (len(larger.values) - len(model.values)) * np.log(count)
+    fell = count * np.log(max(after[rest].sum(), 1e-12) / max(before[rest].sum(), 1e-12))
+    return bool(fell + spent < -_CONVINCING)
 
 
 def fit_alike(
