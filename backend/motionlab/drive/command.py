@@ -300,6 +300,8 @@ def _tune(options: argparse.Namespace) -> int:
     asked = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
     armed = False
     with _control(server) as lease:
+        if problem := _settled(server, {"ready", "holding"}):
+            raise ServerRefused(problem, "drive-link")
         while True:
             job = server.call("POST", "/safe-tune", {**searched, **asked, "runs": runs})
             while (job := server.call("GET", f"/jobs/{job['id']}"))["state"] in _UNDER_WAY:
