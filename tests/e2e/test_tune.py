@@ -237,6 +237,39 @@ def test_a_loop_is_shaped_on_what_is_measured_and_staged(tune: Page, server: Ser
     expect(compare).to_contain_text("has these gains", timeout=LONG)
 
 
+def test_motions_on_a_machine_are_rehearsed_proposed_and_simulated(tune: Page) -> None:
+    panel = region(tune, "Tune on the machine")
+    set_field(panel, "motions", "2")
+    panel.get_by_role("checkbox", name="measure", exact=True).uncheck()
+    asked_for(tune, panel.get_by_role("button", name="Rehearse", exact=True).click)
+    expect(panel).to_contain_text("2 motions are made, as many as were requested", timeout=SLOW)
+    expect(panel.locator("tbody tr")).to_have_count(2)
+    expect(panel.locator("tr", has_text="best")).to_have_count(1)
+    expect(line(tune, "best rehearsed")).to_have_count(1)
+
+    # the first motion is the present gains: no candidate
+    propose = panel.get_by_role("button", name="Next motion", exact=True)
+    asked_for(tune, propose.click)
+    expect(panel).to_contain_text("It moves only if you start it", timeout=SLOW)
+    expect(panel).to_contain_text("The present gains")
+    expect(line(tune, "next")).to_have_count(0)
+    button(panel, "Run it simulated")
+    expect(panel.get_by_role("link", name="motion 1 of tuning")).to_be_visible(timeout=LONG)
+    expect(panel).to_contain_text("of other runs than those that are listed")
+
+    # from its run the next one, which is a candidate and goes to the Lab
+    asked_for(tune, propose.click)
+    expect(panel).to_contain_text("beyond every motion made", ignore_case=True, timeout=SLOW)
+    expect(panel.locator("tr", has_text="motion 1 of tuning")).to_contain_text("best")
+    assert serious(tune) == []
+    line(tune, "next").get_by_role("radio").check()
+    compare = region(tune, "Compare and stage")
+    button(compare, "Stage in Lab")
+    expect(compare).to_contain_text("has these gains", timeout=LONG)
+    button(panel, "Remove motion 1")
+    expect(panel).to_contain_text("None yet")
+
+
 def test_nothing_serious_for_who_cannot_see_it_well(tune: Page) -> None:
     searched(tune)
     assert serious(tune) == []

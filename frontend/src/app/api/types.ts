@@ -101,6 +101,8 @@ export type MeasuredLoop = Schemas['MeasuredResponse'];
 export type PlantValue = Schemas['PlantValue'];
 /** Gains and filters proposed on a measured response. */
 export type ShapedLoop = Schemas['ShapeDocument'];
+/** Motions made on a machine, and the one that is proposed next. */
+export type SafeTune = Schemas['SafeTuneDocument'];
 /** Eqs (39) to (42) of one axis, and the simulation. */
 export type LoopAccuracy = Schemas['AccuracyDocument'];
 

@@ -4,6 +4,7 @@ import type {
   Axis,
   Candidate,
   Changes,
+  SafeTune,
   ShapedLoop,
   TuneGroup,
   TunedAxis,
@@ -141,6 +142,32 @@ export function shapedLine({ after, changes, check }: ShapedLoop): CandidateLine
     name: 'shaped',
     set: changes as Changes,
   };
+}
+
+/** Returns the lines of gains that are proposed for a machine, and of the best ones on it. */
+export function machineLines(
+  { proposal, motions, best, changes }: SafeTune,
+  metric: 'peak' | 'rms',
+): CandidateLine[] {
+  const made = best === null ? undefined : motions[best];
+  const lines: CandidateLine[] = [];
+  if (proposal && Object.keys(proposal.changes).length > 0) {
+    const set = proposal.changes as Changes;
+    lines.push({ ...untried(proposal.k_p, proposal.k_d), id: 'next', name: 'next', set });
+  }
+  if (made && Object.keys(changes).length > 0) {
+    // A rehearsal's motions are no runs.
+    const name = made.run === null ? 'best rehearsed' : 'best on the machine';
+    const measured = { value: made.metric, motor: 'the machine', velocity: null };
+    lines.push({
+      ...untried(made.k_p, made.k_d),
+      id: name,
+      name,
+      [metric]: measured,
+      set: changes as Changes,
+    });
+  }
+  return lines;
 }
 
 /** What a line has whose motion was not tried. */

@@ -16,10 +16,18 @@ import { inlineScenarioOf, wholeOf } from '../../app/jobs/job-request';
 import { JobStore } from '../../app/jobs/job-store.svelte';
 import { load, save } from '../../app/storage';
 import { app } from '../../app/store.svelte';
-import { linesOf, pickedLine, shapedLine, type CandidateLine, type Picked } from './candidates';
+import {
+  linesOf,
+  machineLines,
+  pickedLine,
+  shapedLine,
+  type CandidateLine,
+  type Picked,
+} from './candidates';
 import { loopOf, LOOP, MAP, otherWords, type WhichLoop } from './job-differences';
 import { costAt } from './landscape';
 import { LoopStore } from './loop-store.svelte';
+import { MachineTuning } from './machine-tuning.svelte';
 import { ALSO_ON, SearchForm } from './search-form.svelte';
 
 type Choice = Partial<Record<Axis, string>>;
@@ -37,6 +45,10 @@ class Tuner {
   /** Largest factor of a gain, and most filters that are added. */
   step = $state(2);
   filters = $state(4);
+  readonly machine = new MachineTuning(() => {
+    const { source, variant, axis, margins } = this;
+    return source && variant !== '' ? { source, variant, axis, margins } : null;
+  });
   readonly loops = new LoopStore(app.api);
   readonly comparison = new Comparison(app.api, fieldErrorsText);
   /** Gains that were given to the Lab. */
@@ -130,6 +142,14 @@ class Tuner {
     return then ? otherWords(then, now, this.variant, LOOP) : '';
   });
 
+  /** In what the motion proposed for a machine is not of what is tuned now; empty where it is. */
+  readonly machineOther = $derived.by(() => {
+    const { shown } = this.machine;
+    const now = this.now({});
+    const then = shown && this.askedFor(shown.request);
+    return then && now ? otherWords(then, now, this.variant, MAP) : '';
+  });
+
   /** In what the cost map is not of what is tuned now; empty where it is. */
   readonly mapOther = $derived(this.landscape ? this.otherThan(this.map.report) : '');
 
@@ -159,7 +179,8 @@ class Tuner {
   });
 
   open(): Promise<void> {
-    return this.form.open(this.search, this.map, this.measurement, this.shaping);
+    const { search, map, measurement, shaping, machine } = this;
+    return this.form.open(search, map, measurement, shaping, machine.job);
   }
 
   look(axis: Axis): void {
@@ -203,9 +224,6 @@ class Tuner {
   /** Proposes gains and filters on what is measured, which keep the limits of margins. */
   startShaping(): Promise<void> {
     const { variant, axis, shapedOn, checkedBy, step, filters } = this;
-    const [gain, phase] = ['gain_margin', 'phase_margin'].map((name) =>
-      this.form.number(`constraints.${name}`),
-    );
     const run = shapedOn === 'simulated' ? null : shapedOn;
     return this.form.start(({ scenario, set }) =>
       this.shaping.start('/shape', {
@@ -215,8 +233,7 @@ class Tuner {
         axis,
         step,
         filters,
-        ...(gain ? { gain_margin: gain } : {}),
-        ...(phase ? { phase_margin: phase } : {}),
+        ...this.margins,
         ...(run === null ? {} : { run }),
         ...(run !== null && checkedBy !== '' ? { second_run: checkedBy } : {}),
       }),
@@ -231,6 +248,16 @@ class Tuner {
     this.comparison.run(chosen, { ...source, variant, chosen, labels });
   }
 
+  /** Least margins, where they are limited. */
+  private get margins(): Readonly<Partial<Record<'gain_margin' | 'phase_margin', number>>> {
+    const gain_margin = this.form.number('constraints.gain_margin');
+    const phase_margin = this.form.number('constraints.phase_margin');
+    return {
+      ...(gain_margin === null ? {} : { gain_margin }),
+      ...(phase_margin === null ? {} : { phase_margin }),
+    };
+  }
+
   /** Whether the Lab has the variant that was tuned. */
   readonly applicable = $derived(app.variants.includes(this.variant));
 
@@ -238,10 +265,12 @@ class Tuner {
     const picked = this.picked[axis];
     const lines = linesOf(this.result?.groups ?? [], axis);
     const shaped = this.shaped?.response.axis === axis ? shapedLine(this.shaped) : null;
+    const made = this.machine.of(axis);
     return [
       ...lines,
       ...(picked ? [pickedLine(picked, this.variant, axis)] : []),
       ...(shaped ? [shaped] : []),
+      ...(made ? machineLines(made.document, made.metric) : []),
     ];
   }
 
