@@ -312,6 +312,29 @@ def test_a_measurement_is_previewed_corrected_and_kept(client: httpx.Client) -> 
     client.delete(answer.headers["location"])
 
 
+def test_two_files_are_one_body(client: httpx.Client) -> None:
+    second = "time [s],force [N]\n0,1\n0.01,2\n0.02,3\n"
+    answer = upload(client, CSV + second, preview=True, first_bytes=len(CSV), offset=0.005)
+    assert answer.status_code == 200
+    document = answer.json()
+    assert (document["merged"]["rows"], document["merged"]["offset"]) == (3, 0.005)
+    assert "force [N]" in [column["column"] for column in document["columns"]]
+    kept = upload(client, CSV + second, first_bytes=len(CSV), offset=0.005)
+    assert kept.status_code == 201
+    client.delete(kept.headers["location"])
+    for query, loc, why in (
+        ({"offset": 1.0}, "offset", "is of two files"),
+        ({"align": "x"}, "align", "is of two files"),
+        ({"first_bytes": len(CSV)}, "first_bytes", "leaves nothing"),
+        ({"first_bytes": 10}, "file", ""),
+    ):
+        refused = upload(client, CSV, **query)
+        assert refused.status_code == 422
+        (error,) = refused.json()["errors"]
+        assert error["loc"] == loc
+        assert why in error["message"]
+
+
 @pytest.mark.parametrize(
     ("content", "query", "loc", "why"),
     [

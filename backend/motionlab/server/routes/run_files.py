@@ -75,6 +75,20 @@ class ImportQuery(BaseModel):
     decimal: Literal["", "point", "comma"] = Field(
         default="", description="Decimal sign of CSV; empty to find it out"
     )
+    first_bytes: int | None = Field(
+        default=None,
+        ge=1,
+        description="The body is two files of one motion: so many bytes are the first, and the "
+        "rest is the second, whose columns are put on the times of the first",
+    )
+    align: str = Field(
+        default="", max_length=300, description="Of two files: COLUMN, A=B, or A=-B, aligned"
+    )
+    offset: float | None = Field(
+        default=None,
+        allow_inf_nan=False,
+        description="Of two files: added to times of the second, s; left out: estimated",
+    )
     map: list[Annotated[str, Field(max_length=300)]] = Field(
         default=[],
         max_length=100,
@@ -167,12 +181,25 @@ async def import_run(request: Request, query: Annotated[ImportQuery, Query()]) -
         mapping=tuple(query.map),
         delimiter=query.delimiter,
         decimal=query.decimal,
+        align=query.align,
+        offset=query.offset,
     )
+    if query.first_bytes is None:
+        for loc, value in (("align", query.align or None), ("offset", query.offset)):
+            if value is not None:
+                raise ConfigError(FieldError(loc, "is of two files: give first_bytes", value))
     parse_mapping(options.mapping)
     with contextlib.ExitStack() as held:
         path = held.enter_context(temporary_folder()) / "upload"
-        size = await _receive(request, path, held)
-        arguments = (str(path), size, options, query.preview)
+        size = await _receive(request, path, held, query.first_bytes)
+        two = query.first_bytes is not None
+        if query.first_bytes is not None and query.first_bytes >= size:
+            bounds = {"minimum": 1.0, "exclusive_maximum": float(size)}
+            message = "leaves nothing of the body to the second file"
+            raise ConfigError(
+                FieldError("first_bytes", message, query.first_bytes, "", "bytes", bounds)
+            )
+        arguments = (str(path), size, options, query.preview, two)
         answer = await called(request, _import, *arguments, seconds=_IMPORT_SECONDS)
     document: Import = answer.value
     answer.close()
@@ -182,8 +209,15 @@ async def import_run(request: Request, query: Annotated[ImportQuery, Query()]) -
     return Response(content, status, headers, "application/json")
 
 
-async def _receive(request: Request, path: Path, held: contextlib.ExitStack) -> int:
-    """Write the body to a file as it comes, and hold as much memory; return its length.
+def _second(path: Path) -> Path:
+    """Return where the second file of an upload is."""
+    return path.with_name("second")
+
+
+async def _receive(
+    request: Request, path: Path, held: contextlib.ExitStack, first_bytes: int | None
+) -> int:
+    """Write the body to one file or two as it comes, and hold as much memory; return its length.
 
     The temporary folder may lie in memory, and slow clients hold theirs for a minute: uploads
     together leave three quarters of `memory_max` to everything else.
@@ -191,26 +225,34 @@ async def _receive(request: Request, path: Path, held: contextlib.ExitStack) -> 
     memory: MemoryBudget = request.app.state.memory
     uploads: MemoryBudget = request.app.state.uploads
     size = 0
-    with path.open("wb") as file:
+    with path.open("wb") as file, _second(path).open("wb") as second:
         async for chunk in request.stream():
             if not uploads.try_to_take(len(chunk)):
                 raise HTTPException(429, f"other uploads hold {uploads.taken} bytes already")
             held.callback(uploads.give_back, len(chunk))
             held.enter_context(memory.hold(len(chunk)))
+            to_first = len(chunk) if first_bytes is None else max(0, first_bytes - size)
             size += len(chunk)
-            await asyncio.to_thread(file.write, chunk)
+            await asyncio.to_thread(file.write, chunk[:to_first])
+            await asyncio.to_thread(second.write, chunk[to_first:])
     return size
 
 
-def _import(call: Call, path: str, size: int, options: ImportOptions, preview: bool) -> Import:
+def _import(  # noqa: PLR0913, PLR0917 - by position, as calls of workers are
+    call: Call, path: str, size: int, options: ImportOptions, preview: bool, two: bool
+) -> Import:
     from motionlab.exchange.measurements.runs import import_file
     from motionlab.exchange.measurements.table_file import numbers_in
 
-    packed = _PACKED_BYTES * min(numbers_in(Path(path)), VALUES_MAX)
+    second = _second(Path(path)) if two else None
+    numbers = sum(numbers_in(each) for each in (Path(path), second) if each is not None)
+    packed = _PACKED_BYTES * min(numbers, VALUES_MAX)
     call.hold(max(min(_EXPANSION * size, _NUMBER_BYTES * VALUES_MAX), packed))
     kept_in = None if preview else library()
     try:
-        document, _ = import_file(Path(path), options, library=kept_in, name="measurement")
+        document, _ = import_file(
+            Path(path), options, library=kept_in, name="measurement", second=second
+        )
     except MemoryError:
         text = "takes more memory than one import may have: leave columns out, or import a part"
         raise ConfigError(FieldError("file", text)) from None

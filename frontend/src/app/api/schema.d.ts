@@ -28737,6 +28737,12 @@ export interface operations {
                 delimiter?: "" | "comma" | "semicolon" | "tab";
                 /** @description Decimal sign of CSV; empty to find it out */
                 decimal?: "" | "point" | "comma";
+                /** @description The body is two files of one motion: so many bytes are the first, and the rest is the second, whose columns are put on the times of the first */
+                first_bytes?: number | null;
+                /** @description Of two files: COLUMN, A=B, or A=-B, aligned */
+                align?: string;
+                /** @description Of two files: added to times of the second, s; left out: estimated */
+                offset?: number | null;
                 /** @description COLUMN=CHANNEL[UNIT] each: a channel, time, - to leave out, or nothing */
                 map?: string[];
             };

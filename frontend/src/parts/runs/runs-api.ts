@@ -50,6 +50,10 @@ export interface ImportQuery {
   resample?: number;
   delimiter?: '' | 'comma' | 'semicolon' | 'tab';
   decimal?: '' | 'point' | 'comma';
+  /** Of two files in one body. */
+  first_bytes?: number;
+  align?: string;
+  offset?: number;
   map?: string[];
 }
 /** How a file of a measurement is read; without `preview` it becomes a run. */

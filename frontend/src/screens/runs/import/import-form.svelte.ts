@@ -14,10 +14,13 @@ import {
   type Problems,
 } from './import-text';
 
-type ImportOptions = Pick<ImportQuery, 'delimiter' | 'decimal' | 'rate' | 'resample'>;
+type Options = 'delimiter' | 'decimal' | 'rate' | 'resample' | 'align' | 'offset';
+type ImportOptions = { [Name in Options]?: ImportQuery[Name] | undefined };
 
 class ImportForm {
   file = $state.raw<File | null>(null);
+  /** Another file of the same motion, with a clock of its own. */
+  second = $state.raw<File | null>(null);
   name = $state('');
   options = $state.raw<ImportOptions>({});
   corrections = $state.raw<Corrections>({});
@@ -37,11 +40,18 @@ class ImportForm {
 
   open(file: File): void {
     this.file = file;
+    this.second = null;
     this.name = file.name.slice(0, 80);
     this.options = {};
     this.corrections = {};
     this.preview = null;
     this.problems = FINE;
+    this.ask();
+  }
+
+  add(second: File | null): void {
+    this.second = second;
+    this.options = { ...this.options, align: undefined, offset: undefined };
     this.ask();
   }
 
@@ -68,7 +78,7 @@ class ImportForm {
     if (!file || !this.ready) return false;
     this.busy = true;
     try {
-      const { run } = await importRun(file, this.query({ name: this.name.trim() }));
+      const { run } = await importRun(this.body(file), this.query({ name: this.name.trim() }));
       if (!run) return false;
       await runs.added(run);
       messages.info(`“${this.name.trim() || 'measurement'}” is a run now.`);
@@ -85,7 +95,12 @@ class ImportForm {
     const options = Object.entries(this.options).filter(
       ([, value]) => value !== undefined && value !== '',
     );
-    return { ...Object.fromEntries(options), map: mapOf(this.corrections), ...more };
+    const two = this.second && this.file ? { first_bytes: this.file.size } : {};
+    return { ...Object.fromEntries(options), map: mapOf(this.corrections), ...two, ...more };
+  }
+
+  private body(file: File): Blob {
+    return this.second ? new Blob([file, this.second]) : file;
   }
 
   private ask(): void {
@@ -97,7 +112,7 @@ class ImportForm {
   private async readPreview(file: File): Promise<void> {
     const { corrections } = this;
     try {
-      const preview = await importRun(file, this.query({ preview: true }));
+      const preview = await importRun(this.body(file), this.query({ preview: true }));
       if (file === this.file) [this.preview, this.problems] = [preview, FINE];
     } catch (error) {
       if (file === this.file) this.problems = problemsOf(error, corrections);

@@ -26,7 +26,7 @@ export function mapOf(corrections: Corrections): string[] {
 }
 
 /** Fields of the form that an error can be of; a column by its header. */
-const FIELDS = ['name', 'rate', 'resample', 'delimiter', 'decimal'];
+const FIELDS = ['name', 'rate', 'resample', 'delimiter', 'decimal', 'align', 'offset'];
 
 export interface Problems {
   /** Of the file as a whole. */
@@ -107,6 +107,7 @@ export function findingsOf(preview: ImportDocument): { text: string; grave: bool
   return [
     ...preview.problems.map((text) => ({ text: pretty(text), grave: true })),
     ...times,
+    ...(preview.merged ? [plain(mergedText(preview.merged))] : []),
     ...(resampled === null ? [] : [plain(`interpolated, the file has ${trim(resampled, 6)} Hz`)]),
     ...gaps,
     ...(more > 0 ? [plain(`${more} more gaps, ${preview.missing} samples in all`)] : []),
@@ -115,6 +116,19 @@ export function findingsOf(preview: ImportDocument): { text: string; grave: bool
     ...preview.notes.map((note) => plain(pretty(note))),
     ...Object.entries(preview.ignored).map(([name, why]) => plain(`${name} is not read: ${why}`)),
   ];
+}
+
+/** How the second file came onto the times of the first. */
+function mergedText(merged: NonNullable<ImportDocument['merged']>): string {
+  const { offset_half_width: half, drift_half_width: drift } = merged;
+  const by = merged.first === '' ? '' : `, by ${merged.first} and ${merged.second}`;
+  return (
+    `second file: ${merged.rows} rows, offset ${trim(merged.offset, 12)} s` +
+    (half === null ? '' : ` ± ${digits(1e6 * half)} µs`) +
+    `, drift ${trim(1e6 * merged.drift, 4)} ppm` +
+    (drift === null ? '' : ` ± ${digits(1e6 * drift)}`) +
+    by
+  );
 }
 
 /** A number without needless zeros. */
