@@ -67,6 +67,7 @@ ELSEWHERE = {
     r"(ARM=.*|motionlab import (DATA_EMPS|idf_|a3MR).*)": "files of others: "
     "tests/exchange/test_public_data.py",
     r"motionlab (response|shape) .*--run .*": "needs a kept run: tests/studies/test_shape.py",
+    r"motionlab safe-tune .*--run .*": "needs kept runs: tests/studies/test_safe_tune.py",
     r"motionlab import rig\.csv --name .*": "as above: tests/studies/test_response.py",
     r"motionlab friction-models .*": "needs a kept run: tests/studies/friction",
     r"(motionlab|curl) .*\bminute\b.*": "needs a kept run: tests/studies/test_minute.py",
@@ -105,6 +106,7 @@ SMALLER_STUDIES = {
     r"motionlab identify": "--axis x --no-presliding",
     r"motionlab montecarlo .*": "--cases 40",
     r"motionlab platform --axis .*": "--set cells=4",
+    r"motionlab safe-tune .*": "--motions 2 --no-measure",
 }
 """Studies that take many seconds with their defaults, and what makes them smaller.
 

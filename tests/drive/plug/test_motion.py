@@ -353,6 +353,7 @@ def test_the_command_line(
     assert "does not answer" in capsys.readouterr().err
 
 
+@pytest.mark.realtime
 def test_gains_are_tuned_on_the_drives(
     anyone: httpx.Client,
     linked_server: Server,
@@ -520,6 +521,7 @@ def test_friction_is_identified_from_a_recorded_run(
     assert anyone.get(DRIVE).json()["state"] == "ready"
 
 
+@pytest.mark.realtime
 def test_a_response_is_measured_from_a_recorded_run_of_each_axis(
     operator: Operator, anyone: httpx.Client, monkeypatch: pytest.MonkeyPatch
 ) -> None:
