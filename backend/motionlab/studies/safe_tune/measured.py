@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from motionlab.config.scenario import Scenario
 from motionlab.errors import Busy, ConfigError, FieldError, Unknown
@@ -87,7 +86,7 @@ def read_run(  # noqa: PLR0913 - what a run is held against
         message = f"run {run_id} has not the whole motion, from its first tick to the window's end"
         raise ConfigError(FieldError(loc, message, run.ticks, f">= {end}", "ticks"))
     samples = of_run(run_id).read(names)[:, :end].astype(np.float64)
-    there: NDArray[np.bool_] = np.isfinite(samples).all(axis=0)
+    there = np.asarray(np.isfinite(samples).all(axis=0))
     if there.mean() < _PRESENT or not there[-_END:].any():
         message = f"run {run_id} has samples missing, or diverged; share that is there"
         share = float(f"{there.mean():.4g}")
