@@ -297,13 +297,13 @@ def _tune(options: argparse.Namespace) -> int:
     searched = {**request, "set": {**request.get("set", {}), delay: 1}}  # as it is on drives
     runs = [*options.runs]
     names = ("axis", "metric", "response", "error", "force", "step", "motions")
-    asked = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
+    chosen = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
     armed = False
     with _control(server) as lease:
         if problem := _settled(server, {"ready", "holding"}):
             raise ServerRefused(problem, "drive-link")
         while True:
-            job = server.call("POST", "/safe-tune", {**searched, **asked, "runs": runs})
+            job = server.call("POST", "/safe-tune", {**searched, **chosen, "runs": runs})
             while (job := server.call("GET", f"/jobs/{job['id']}"))["state"] in _UNDER_WAY:
                 time.sleep(_POLL)
             if job["state"] != "done":

@@ -142,8 +142,10 @@ def _essence(scenario: Scenario, variant: str, axis: str) -> dict[str, Any]:
 
 def _differences(here: Any, there: Any, path: str = "") -> set[str]:
     if isinstance(here, dict) and isinstance(there, dict):
-        found: set[str] = set()
+        differing: set[str] = set()
         for key in here.keys() | there.keys():
-            found |= _differences(here.get(key), there.get(key), f"{path}.{key}" if path else key)
-        return found
+            differing |= _differences(
+                here.get(key), there.get(key), f"{path}.{key}" if path else key
+            )
+        return differing
     return set() if here == there else {path}

@@ -130,8 +130,8 @@ def plan(request: SafeTuneRequest, source: Source | None = None) -> SafeTunePlan
     )
     scenario = _delayed(scenario, variant, runs)
     # A motion is looked at from 121 gains about it, overlapping ones once, over window and whole.
-    asked = request.motions if machine is not None else 1
-    seconds = bench.window[1] * CONTROL_PERIOD * 2.0 * 121.0 * asked * max(1, len(runs), asked // 2)
+    steps = request.motions if machine is not None else 1
+    seconds = bench.window[1] * CONTROL_PERIOD * 2.0 * 121.0 * steps * max(1, len(runs), steps // 2)
     measured = response.seconds if response is not None else 0.0
     return SafeTunePlan(request, scenario, variant, machine, runs, response, seconds + measured)
 
