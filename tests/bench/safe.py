@@ -100,10 +100,12 @@ def _outcome(machine: Scenario, request: SafeTuneRequest, done: SafeTuneDocument
         within = (error <= done.error) & (force <= done.force)
         best = float(metric[within].min()) if within.any() else np.nan
     assert done.best is not None
+    start, reached = done.motions[0].metric, done.motions[done.best].metric
+    assert start is not None and reached is not None
     return Outcome(
         len(done.motions),
         sum(not each.within for each in done.motions),
-        done.motions[0].metric,
-        done.motions[done.best].metric,
+        start,
+        reached,
         best,
     )

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from motionlab.errors import DONE, FAILED, ConfigError, FieldError
 from motionlab.scripting.http_client import ADDRESS, HeldLease, LabServer, ServerRefused
-from motionlab.studies.options import add_json, add_set, source
+from motionlab.studies.options import add_json, add_set, set_options, source
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -83,9 +83,16 @@ def add(commands: Any) -> None:
     _add_scenario(tuning)
     tuning.add_argument("--axis", choices=("x", "y"), default="x", help="default: %(default)s")
     tuning.add_argument("--metric", choices=("peak", "rms"), default="peak", help="of the error")
-    tuning.add_argument("--response", metavar="RUN", help="kept run of a multisine, for margins")
     tuning.add_argument(
-        "--run", dest="runs", metavar="RUN", action="append", default=[], help="motion made before"
+        "--response", metavar="RUN", help="identifier of a run of a multisine, for margins"
+    )
+    tuning.add_argument(
+        "--run",
+        dest="runs",
+        metavar="RUN",
+        action="append",
+        default=[],
+        help="identifier of a motion made before",
     )
     for name, unit, what in (
         ("--error", "M", "largest following error allowed (default: twice the first motion's)"),
@@ -293,17 +300,17 @@ def _tune(options: argparse.Namespace) -> int:
 
         options.variant = [*load_scenario(source(options)).variants][:2][-1]
     request = _request(options)
-    delay = f"variants.{options.variant}.controller.delay"
-    searched = {**request, "set": {**request.get("set", {}), delay: 1}}  # as it is on drives
-    runs = [*options.runs]
+    present: dict[str, Any] = request.get("set", {})
+    delay = {f"variants.{options.variant}.controller.delay": 1}  # as it is on drives
     names = ("axis", "metric", "response", "error", "force", "step", "motions")
-    chosen = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
+    search = request | set_options(options, *names) | {"set": present | delay}
+    runs = [*options.runs]
     armed = False
     with _control(server) as lease:
         if problem := _settled(server, {"ready", "holding"}):
             raise ServerRefused(problem, "drive-link")
         while True:
-            job = server.call("POST", "/safe-tune", {**searched, **chosen, "runs": runs})
+            job = server.call("POST", "/safe-tune", search | {"runs": runs})
             while (job := server.call("GET", f"/jobs/{job['id']}"))["state"] in _UNDER_WAY:
                 time.sleep(_POLL)
             if job["state"] != "done":
@@ -313,15 +320,20 @@ def _tune(options: argparse.Namespace) -> int:
             if motion is None:
                 print(report(document))
                 return DONE if document.best is not None else FAILED
+            if armed and not document.motions[-1].within:
+                server.call("POST", "/drive/stop")  # not held with gains like these
+                armed = False
+                if problem := _settled(server, {"ready"}):
+                    raise ServerRefused(problem, "drive-link")
             print("\n".join([*document.warnings, *in_words(motion)]))
             if not _agreed(len(runs) + 1):
                 print(report(document))
                 return DONE
-            moving = {**request, "set": {**request.get("set", {}), **motion.changes}}
+            next_motion = request | {"set": present | motion.changes}
             if not armed:
-                _switch_on(server, lease, moving)
+                _switch_on(server, lease, next_motion)
                 armed = True
-            session, _ = _move(server, lease, moving)
+            session, _ = _move(server, lease, next_motion)
             if session["state"] != "finished" or session["run"] is None:
                 print(f"motionlab: {_ended(server.call('GET', '/drive'))}", file=sys.stderr)
                 return FAILED

@@ -139,7 +139,7 @@ def _width(value: float | None) -> float | None:
 
 
 def _left(one: _Clocked, two: _Clocked, options: ImportOptions) -> tuple[str, ...]:
-    """Return the mappings without that of the second file's time, which is no column any more."""
+    """Return the mappings but for the second file's time, which the merged table lacks."""
     names = {column.header for column in one.file.columns}
 
     def of_second(text: str) -> bool:

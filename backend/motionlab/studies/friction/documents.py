@@ -91,7 +91,7 @@ class FrictionModel(_Document):
 class FrictionModelsDocument(_Document):
     """Which friction model a record supports."""
 
-    labels: ClassVar[dict[str, str]] = {"among": "cannot be told from"}
+    labels: ClassVar[dict[str, str]] = {"among": "indistinguishable from"}
     foot: ClassVar[str] = (
         "Errors are of windows that the model was not fitted to; +- is half of the 95 % interval."
     )

@@ -67,8 +67,8 @@ class Part(NamedTuple):
         return f"{first:g} s to {last:g} s"
 
 
-def kept_run(run_id: str) -> RunDetail:
-    """Return a run that is complete.
+def kept_run(run_id: str, loc: str = "run") -> RunDetail:
+    """Return a run that is complete; errors name `loc`.
 
     Raises
     ------
@@ -80,7 +80,7 @@ def kept_run(run_id: str) -> RunDetail:
     try:
         return library().complete(run_id)
     except (Unknown, Busy) as error:
-        raise ConfigError(FieldError("run", str(error), run_id, "a kept run")) from error
+        raise ConfigError(FieldError(loc, str(error), run_id, "a kept run")) from error
 
 
 def part_of(  # noqa: PLR0913 - what is chosen, and the limits of a study

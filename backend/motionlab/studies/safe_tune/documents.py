@@ -49,8 +49,8 @@ class SafeTuneRequest(AxisRequest):
     )
     response: Annotated[str, Field(pattern=RUN_ID)] | None = Field(
         default=None,
-        description="Kept run of a `multisine` on the machine, made with the present gains: "
-        "margins are then read off the measured open loop, not the scenario's motor",
+        description="Kept run of a `multisine` on the machine, with this controller but for the "
+        "gains: margins are then read off the measured open loop, not the scenario's motor",
     )
     measure: bool = Field(
         default=True, description="Of a rehearsal: whether it begins with such a measurement"
@@ -66,6 +66,7 @@ class SafeTuneRequest(AxisRequest):
     error: float | None = quantity(
         "Largest following error allowed, from the motion's first tick on; left out: twice that of "
         "the first motion",
+        label="error allowed",
         shown="µm",
         unit="m",
         source=OURS,
@@ -76,6 +77,7 @@ class SafeTuneRequest(AxisRequest):
     )
     force: float | None = quantity(
         "Largest force command allowed; left out: 90 % of the controller's limit",
+        label="force allowed",
         unit="N",
         source=OURS,
         default=None,
@@ -143,9 +145,11 @@ class MotionMade(_Document):
     run: str | None = Field(description="Kept run; null in a rehearsal")
     k_p: float = si("Proportional gain", "N/m")
     k_d: float = si("Derivative gain", "N s/m")
-    metric: float = si("What is made small: following error over the window", "m")
-    error: float = si("Largest following error from the first tick on", "m")
-    force: float = si("Largest force command", "N")
+    metric: float | None = si(
+        "What is made small: following error over the window; null if it diverged", "m"
+    )
+    error: float | None = si("Largest following error from the first tick on", "m")
+    force: float | None = si("Largest force command", "N")
     within: bool = Field(description="Whether error and force stayed within their limits")
 
 

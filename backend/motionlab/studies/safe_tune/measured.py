@@ -7,14 +7,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from motionlab.config.scenario import Scenario
-from motionlab.errors import Busy, ConfigError, FieldError, Unknown
+from motionlab.errors import ConfigError, FieldError
 from motionlab.library.columns import of_run
-from motionlab.library.library import library
 from motionlab.studies.minute.recorded import scenario_at
+from motionlab.studies.record.part import kept_run
 from motionlab.studies.safe_tune.documents import SafeTuneRequest
 
 _NAMED = 6  # differences that are listed
 _PRESENT = 0.95  # least share of samples: late cycles of drives leave some out
+_SPOILING = {"change", "law", "push", "stop"}
 _END = 200  # last samples, of which one has to be there: it has not diverged
 
 
@@ -30,7 +31,7 @@ class RunMeasured(NamedTuple):
     metric, error : float
         Following error over the window, as requested, and largest from the first tick on, m.
     force : float
-        Largest force command, N.
+        Largest force command, N. All three are infinite where a rehearsed motion diverged.
     delay : int
         Periods from a measurement to its command: drives have one more than a simulation.
     """
@@ -61,10 +62,7 @@ def read_run(  # noqa: PLR0913 - what a run is held against
         If there is no such run, its motion or controller is another but for the gains, they were
         changed during it, it does not reach the end of the window, or samples are missing.
     """
-    try:
-        run = library().complete(run_id)
-    except (Unknown, Busy) as error:
-        raise ConfigError(FieldError(loc, str(error), run_id, "a kept run")) from error
+    run = kept_run(run_id, loc)
     if run.scenario_document is None:
         message = "is an imported measurement, without the lab's controller"
         raise ConfigError(FieldError(loc, message, run_id))
@@ -73,9 +71,8 @@ def read_run(  # noqa: PLR0913 - what a run is held against
         raise ConfigError(FieldError("variant", f"is no variant of run {run_id}", variant, allowed))
     start, end = window
     for event in run.events:
-        if event.kind in {"change", "law", "push", "stop"} and event.tick < end:
-            if event.kind == "change" and event.tick <= run.first_tick:
-                continue
+        from_the_start = event.kind == "change" and event.tick <= run.first_tick
+        if event.kind in _SPOILING and event.tick < end and not from_the_start:
             message = f"run {run_id} has a {event.kind} in the motion"
             raise ConfigError(FieldError(loc, message, event.tick, unit="ticks"))
     own = scenario_at(run, 0)
@@ -117,7 +114,7 @@ def same_but_gains(scenario: Scenario, own: Scenario, variant: str, axis: str, l
     """
     here, there = (_essence(each, variant, axis) for each in (scenario, own))
     if loc == "response":
-        here["trajectory"] = there["trajectory"] = None
+        here["trajectory"], here["learnt"] = there["trajectory"], there["learnt"]
     differing = sorted(_differences(here, there))
     if differing:
         more = f" and {len(differing) - _NAMED} more" if len(differing) > _NAMED else ""
@@ -134,10 +131,8 @@ def _essence(scenario: Scenario, variant: str, axis: str) -> dict[str, Any]:
     other = "y" if axis == "x" else "x"
     for name in (other, "delay"):
         controller.pop(name)
-    return {
-        "trajectory": scenario.trajectory.model_dump(mode="json"),
-        "controller": controller,
-    }
+    whole = scenario.model_dump(mode="json", include={"trajectory", "learnt", "schedule"})
+    return {**whole, "controller": controller}
 
 
 def _differences(here: Any, there: Any, path: str = "") -> set[str]:

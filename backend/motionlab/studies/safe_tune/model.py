@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,7 +20,7 @@ from motionlab.studies.montecarlo.draw import draw, missing
 from motionlab.studies.response.margins import measured_margins
 from motionlab.studies.response.measure import ResponsePlan, measure
 from motionlab.studies.response.recorded import RecordedPlan
-from motionlab.studies.safe_tune.documents import SafeTuneRequest
+from motionlab.studies.safe_tune.documents import VARY, SafeTuneRequest
 from motionlab.studies.shape.controllers import Controllers, present
 from motionlab.studies.shape.search import Limits, Search
 from motionlab.studies.shape.shaping import sure_lines
@@ -29,7 +30,6 @@ Array = NDArray[np.float64]
 
 _DISTANCE = 0.35
 """Least distance of the measured loop from -1, between its margins."""
-OUTPUTS = ("metric", "error", "force")
 
 
 @dataclass(frozen=True)
@@ -146,20 +146,15 @@ class MotorModel(Bench):
         scenario: Scenario,
         variant: str,
         request: SafeTuneRequest,
+        plausible: Sequence[Scenario],
+        *,
         loop: MeasuredLoop | None = None,
     ) -> None:
         super().__init__(scenario, variant, request.axis, request.metric)
         self._request, self._loop = request, loop
-        tables = scenario.model_dump(mode="json")
-        vary = request.vary
-        absent = missing(tables["plant"], vary)
-        vary = tuple(each for each in vary if each.path not in absent)
-        draws = draw(tables["plant"], vary, cases=request.motors, seed=request.seed)
-        self._own = LoopFamily.of(scenario, variant, request.axis)
-        self._plausible = [
-            LoopFamily.of(load_scenario(apply_changes(tables, each)), variant, request.axis)
-            for each in draws
-        ]
+        self._own, *self._plausible = (
+            LoopFamily.of(each, variant, request.axis) for each in (scenario, *plausible)
+        )
 
     def margins(self, k_p: Array, k_d: Array) -> Margins:
         """Return the worst margins of n pairs of gains."""
@@ -179,6 +174,23 @@ class MotorModel(Bench):
             gain, phase, hold = self._loop.margins(k_p, k_d)
             hold &= ~np.isnan(least["gain_margin"])
         return Margins(gain, phase, least["gain_margin"], least["phase_margin"], hold)
+
+
+def plausible_motors(scenario: Scenario, request: SafeTuneRequest) -> tuple[Scenario, ...]:
+    """Return the scenario with each of the motors that are drawn about its own.
+
+    Raises
+    ------
+    ConfigError
+        If `vary` names what the motor has not, or draws a value out of its range.
+    """
+    tables = scenario.model_dump(mode="json")
+    vary = request.vary
+    if vary == VARY:  # the motor may lack some of these, as in Monte Carlo
+        absent = missing(tables["plant"], vary)
+        vary = tuple(each for each in vary if each.path not in absent)
+    draws = draw(tables["plant"], vary, cases=request.motors, seed=request.seed)
+    return tuple(load_scenario(apply_changes(tables, each)) for each in draws)
 
 
 def gains_of(scenario: Scenario, variant: str, axis: str) -> tuple[float, float]:

@@ -21,9 +21,9 @@ def report(result: SafeTuneDocument) -> str:
                 str(number + 1),
                 f"{1e-3 * each.k_p:.4g}",
                 f"{1e-3 * each.k_d:.4g}",
-                f"{1e6 * each.metric:.4g}",
-                f"{1e6 * each.error:.4g}",
-                f"{each.force:.4g}",
+                _shown(each.metric, 1e6),
+                _shown(each.error, 1e6),
+                _shown(each.force),
                 ", ".join(marks),
             ]
         )
@@ -47,6 +47,10 @@ def in_words(motion: NextMotion) -> list[str]:
         f"  margins {_margins(motion.margins)}; worst plausible motor {_margins(motion.plausible)}",
     ]
     return lines + [f"  {each}" for each in _set(motion.changes)]
+
+
+def _shown(value: float | None, factor: float = 1.0) -> str:
+    return "diverged" if value is None else f"{factor * value:.4g}"
 
 
 def _set(changes: dict[str, float]) -> list[str]:

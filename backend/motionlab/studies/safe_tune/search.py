@@ -61,9 +61,9 @@ class Limits:
     force: float
 
     def keep(self, measured: Measured) -> Bools:
-        """Return which motions stayed within them."""
-        excess = measured.outputs[1:] - np.array([[self.error], [self.force]])
-        return np.asarray(excess.max(axis=0) <= 0.0)
+        """Return which motions stayed within them, and did not diverge."""
+        _, error, force = measured.outputs
+        return np.asarray(np.isfinite(error) & (error <= self.error) & (force <= self.force))
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.config.changes import apply_changes
 from motionlab.config.load import load_scenario
 from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError, FieldError, needs
+from motionlab.loop.linearise import linearise
+from motionlab.simulation.prepare import prepare
 from motionlab.studies.response.documents import ResponseRequest
 from motionlab.studies.response.measure import ResponsePlan
 from motionlab.studies.response.measure import plan as plan_response
@@ -29,7 +30,13 @@ from motionlab.studies.safe_tune.documents import (
     SafeTuneRequest,
 )
 from motionlab.studies.safe_tune.measured import RunMeasured, read_run, same_but_gains
-from motionlab.studies.safe_tune.model import Bench, MeasuredLoop, MotorModel, gains_of
+from motionlab.studies.safe_tune.model import (
+    Bench,
+    MeasuredLoop,
+    MotorModel,
+    gains_of,
+    plausible_motors,
+)
 from motionlab.studies.safe_tune.search import Examination, Limits, Measured, examine
 from motionlab.studies.study import Source
 from motionlab.timing import CONTROL_PERIOD
@@ -41,7 +48,7 @@ _ERROR = 2.0  # times the first motion's
 _FORCE = 0.9  # of the controller's limit
 _LINES = 300  # of a rehearsal's response
 _BEYOND = 1.001
-_RUNS = "runs"
+_SLOW = 1e-4  # m/s
 _LIMITS: tuple[Refusal, ...] = ("margin", "error", "force")
 
 
@@ -59,6 +66,8 @@ class SafeTunePlan:
         Whose gains.
     machine : Scenario or None
         Of a rehearsal.
+    plausible : tuple of Scenario
+        With each of the plausible motors.
     runs : tuple of RunMeasured
         What the motions made so far measured.
     response : ResponsePlan, RecordedPlan or None
@@ -71,6 +80,7 @@ class SafeTunePlan:
     scenario: Scenario
     variant: str
     machine: Scenario | None
+    plausible: tuple[Scenario, ...]
     runs: tuple[RunMeasured, ...]
     response: ResponsePlan | RecordedPlan | None
     seconds: float
@@ -104,23 +114,26 @@ def plan(request: SafeTuneRequest, source: Source | None = None) -> SafeTunePlan
     if not bench.moving:
         message = "does not move in this scenario"
         raise ConfigError(FieldError("axis", message, request.axis))
+    if scenario.schedule:
+        message = "changes the controller or motor during a motion: leave it out"
+        raise ConfigError(FieldError("schedule", message))
     machine, response = None, None
     if request.machine is not None:
         if request.runs or request.response is not None:
             message = "is of a rehearsal, whose motions are simulated: leave out runs and response"
             raise ConfigError(FieldError("machine", message))
-        machine = _machine(scenario, request.machine, variant)
+        machine = _machine(scenario, request.machine)
         if request.measure:
             response = _rehearsed(request, machine, variant)
     elif request.response is not None:
         response = plan_response(
-            ResponseRequest(run=request.response, axis=request.axis, variant=request.variant)
+            ResponseRequest(run=request.response, axis=request.axis, variant=variant)
         )
         same_but_gains(scenario, response.scenario, variant, request.axis, "response")
     runs = tuple(
         read_run(
             run,
-            f"{_RUNS}.{k}",
+            f"runs.{k}",
             scenario=scenario,
             variant=variant,
             request=request,
@@ -129,11 +142,14 @@ def plan(request: SafeTuneRequest, source: Source | None = None) -> SafeTunePlan
         for k, run in enumerate(request.runs)
     )
     scenario = _delayed(scenario, variant, runs)
+    linearise(scenario, variant, request.axis, v=_SLOW)
+    plausible = plausible_motors(scenario, request)
     # A motion is looked at from 121 gains about it, overlapping ones once, over window and whole.
     steps = request.motions if machine is not None else 1
     seconds = bench.window[1] * CONTROL_PERIOD * 2.0 * 121.0 * steps * max(1, len(runs), steps // 2)
     measured = response.seconds if response is not None else 0.0
-    return SafeTunePlan(request, scenario, variant, machine, runs, response, seconds + measured)
+    seconds += measured
+    return SafeTunePlan(request, scenario, variant, machine, plausible, runs, response, seconds)
 
 
 def tune_safely(planned: SafeTunePlan, progress: Progress | None = None) -> SafeTuneDocument:
@@ -159,7 +175,7 @@ def tune_safely(planned: SafeTunePlan, progress: Progress | None = None) -> Safe
 
     tell(0.0)
     loop = None if planned.response is None else MeasuredLoop(planned.response, request)
-    model = MotorModel(planned.scenario, planned.variant, request, loop)
+    model = MotorModel(planned.scenario, planned.variant, request, planned.plausible, loop=loop)
     if planned.machine is None:
         return _step(planned, model, list(planned.runs))
     machine = Bench(planned.machine, planned.variant, request.axis, request.metric)
@@ -181,21 +197,20 @@ def _delayed(scenario: Scenario, variant: str, runs: tuple[RunMeasured, ...]) ->
         return scenario
     if len(delays) > 1:
         message = "are of machines with different delays, such as a simulation and drives"
-        raise ConfigError(FieldError(_RUNS, message, sorted(delays), unit="periods"))
+        raise ConfigError(FieldError("runs", message, sorted(delays), unit="periods"))
     owner = scenario.variants[variant]
     controller = owner.controller.model_copy(update={"delay": delays.pop()})
     changed = owner.model_copy(update={"controller": controller})
     return scenario.model_copy(update={"variants": {**scenario.variants, variant: changed}})
 
 
-def _machine(scenario: Scenario, changes: dict[str, Any], variant: str) -> Scenario:
+def _machine(scenario: Scenario, changes: dict[str, Any]) -> Scenario:
     for place in changes:
         if place.split(".")[0] not in {"plant", "load"}:
             message = "is not of the machine"
             raise ConfigError(FieldError("machine", message, place, "fields of plant or load"))
-    tables = apply_changes(scenario.model_dump(mode="json"), changes)
-    machine = load_scenario(tables)
-    Bench(machine, variant, "x", "peak")  # the machine can follow the motion
+    machine = load_scenario(scenario.model_dump(mode="json"), changes)
+    prepare(machine)  # it can follow the motion
     return machine
 
 
@@ -213,7 +228,7 @@ def _step(planned: SafeTunePlan, model: MotorModel, runs: list[RunMeasured]) -> 
     limit = planned.scenario.variants[planned.variant].controller.force_limit
     force = _FORCE * limit if request.force is None else request.force
     error = request.error
-    if error is None and runs:
+    if error is None and runs and math.isfinite(runs[0].error):
         error = _ERROR * runs[0].error
     limits = Limits(math.inf if error is None else error, force)
     gains = np.array([(each.k_p, each.k_d) for each in runs]).reshape(-1, 2)
@@ -226,9 +241,9 @@ def _step(planned: SafeTunePlan, model: MotorModel, runs: list[RunMeasured]) -> 
             run=each.run,
             k_p=each.k_p,
             k_d=each.k_d,
-            metric=each.metric,
-            error=each.error,
-            force=each.force,
+            metric=_finite(each.metric),
+            error=_finite(each.error),
+            force=_finite(each.force),
             within=bool(within),
         )
         for each, within in zip(runs, kept, strict=True)
@@ -248,11 +263,13 @@ def _step(planned: SafeTunePlan, model: MotorModel, runs: list[RunMeasured]) -> 
         return _first(planned, model, document, start)
     if best is not None and (made[best].k_p, made[best].k_d) != start:
         document.changes = _changes(planned, made[best].k_p, made[best].k_d)
-    if not kept[-1]:
+    if not kept[-1] and math.isfinite(runs[-1].metric):
         document.warnings.append(
-            f"the last motion went beyond its limits: {_beyond_limits(made[-1], limits)}; go back "
-            "to the best gains before the next"
+            f"the last motion went beyond its limits: {_beyond_limits(runs[-1], limits)}"
         )
+    if not math.isfinite(runs[-1].metric):
+        document.ended = f"motion {len(runs)} diverged: the machine is not what is known of it"
+        return document
     if best is None:
         document.ended = "no motion stayed within the limits of error and force"
         return document
@@ -348,7 +365,11 @@ def _least(gain: float, phase: float) -> LeastMargins:
     )
 
 
-def _beyond_limits(motion: MotionMade, limits: Limits) -> str:
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _beyond_limits(motion: RunMeasured, limits: Limits) -> str:
     parts: list[str] = []
     if not motion.error <= limits.error:
         parts.append(f"error {1e6 * motion.error:.4g} um of {1e6 * limits.error:.4g} um")

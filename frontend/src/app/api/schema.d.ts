@@ -11037,19 +11037,19 @@ export interface components {
             k_d: number;
             /**
              * Metric
-             * @description What is made small: following error over the window
+             * @description What is made small: following error over the window; null if it diverged
              */
-            metric: number;
+            metric: number | null;
             /**
              * Error
              * @description Largest following error from the first tick on
              */
-            error: number;
+            error: number | null;
             /**
              * Force
              * @description Largest force command
              */
-            force: number;
+            force: number | null;
             /**
              * Within
              * @description Whether error and force stayed within their limits
@@ -24495,7 +24495,7 @@ export interface operations {
                     } | null;
                     /**
                      * Response
-                     * @description Kept run of a `multisine` on the machine, made with the present gains: margins are then read off the measured open loop, not the scenario's motor
+                     * @description Kept run of a `multisine` on the machine, with this controller but for the gains: margins are then read off the measured open loop, not the scenario's motor
                      */
                     response?: string | null;
                     /**
@@ -24512,13 +24512,13 @@ export interface operations {
                      */
                     metric?: "peak" | "rms";
                     /**
-                     * Error
+                     * error allowed
                      * @description Largest following error allowed, from the motion's first tick on; left out: twice that of the first motion
                      * @example 0.00005
                      */
                     error?: number | null;
                     /**
-                     * Force
+                     * force allowed
                      * @description Largest force command allowed; left out: 90 % of the controller's limit
                      * @example 30
                      */
