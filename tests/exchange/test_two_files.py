@@ -231,3 +231,11 @@ def test_samples_at_uneven_times(tmp_path: Path, capsys: pytest.CaptureFixture[s
     np.testing.assert_allclose(found.values["M.x.position_measured"], motion(at), atol=2e-6)
     assert main(["import", str(path), "--preview", "--resample", "1000"]) == 0
     assert "by linear interpolation" in capsys.readouterr().out
+
+
+def test_a_second_file_without_time_is_named_with_its_columns(tmp_path: Path) -> None:
+    one, two = tmp_path / "one.csv", tmp_path / "two.csv"
+    one.write_text("t [s],x [mm]\n" + "".join(f"{0.001 * k},{k}\n" for k in range(50)))
+    two.write_text("t2 [s],x2 [mm]\n" + "".join(f"{0.001 * k},{k}\n" for k in range(50)))
+    with pytest.raises(ConfigError, match=r"the second file has no column of time.*'t2 \[s\]'"):
+        merged(read_file(one, ImportOptions()), read_file(two, ImportOptions()), ImportOptions())

@@ -47,6 +47,7 @@ from motionlab.exchange.measurements.sample_times import (
 from motionlab.exchange.measurements.table_file import FileColumn, MeasuredFile, refused
 
 _RESERVED = {"tick", "time"}
+_LISTED = 20  # columns that an error names
 _NAME_MAX = 100
 
 
@@ -190,7 +191,9 @@ def read_measurement(file: MeasuredFile, options: ImportOptions) -> Measurement:
     return measurement
 
 
-def time_of(file: MeasuredFile, options: ImportOptions) -> tuple[FileColumn, float, float | None]:
+def time_of(
+    file: MeasuredFile, options: ImportOptions, which: str = ""
+) -> tuple[FileColumn, float, float | None]:
     """Return the column of time of a file, the factor to s, and the instant of its first row.
 
     Mappings of columns that the file does not have are passed over.
@@ -198,13 +201,15 @@ def time_of(file: MeasuredFile, options: ImportOptions) -> tuple[FileColumn, flo
     Raises
     ------
     ConfigError
-        If it has none.
+        If it has none; the text begins with `which`, such as ``the second file``.
     """
     columns = columns_of(file, options)
     for column in columns:
         if column.channel == "time":
             return column.source, column.factor, _begun(file, columns)
-    raise refused("has no column of time: map one to time")
+    headers = ", ".join(repr(column.header) for column in file.columns[:_LISTED])
+    message = f"{which} has no column of time: call one 'time', or map it to time; it has {headers}"
+    raise refused(message.strip())
 
 
 def columns_of(file: MeasuredFile, options: ImportOptions) -> list[_Column]:

@@ -34,8 +34,8 @@ class _Clocked:
         return self.grid.times
 
     @classmethod
-    def of(cls, file: MeasuredFile, options: ImportOptions) -> _Clocked:
-        column, factor, begun = time_of(file, options)
+    def of(cls, file: MeasuredFile, options: ImportOptions, which: str) -> _Clocked:
+        column, factor, begun = time_of(file, options, which)
         seconds = factor * (column.values - column.values[0])
         grid = sample_times(seconds, file.place)
         return cls(file, column, grid, factor * float(column.values[0]), begun)
@@ -71,7 +71,8 @@ def merged(
     """
     if options.rate is not None:
         raise ConfigError(FieldError("rate", "two files are merged by their own times"))
-    one, two = _Clocked.of(first, options), _Clocked.of(second, options)
+    one = _Clocked.of(first, options, "the first file")
+    two = _Clocked.of(second, options, "the second file")
     # Time of the second file's first row, s from the first row of the first, were they one clock.
     base = two.start - one.start
     if one.begun is not None and two.begun is not None:
