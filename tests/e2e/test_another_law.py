@@ -41,7 +41,7 @@ def test_another_law_is_predicted_for_a_run_and_found_again(
     choose(section, "lugre-reference")
     set_field(section, "End of the stretch, s", "2")
     button(section, "Predict")
-    expect(section.get_by_role("alert")).to_contain_text("too short a stretch: 2 s. Allowed: 3 to")
+    expect(section.get_by_role("alert")).to_contain_text("too short a part: 2 s. Allowed: ≥ 3 s")
 
     button(section, "Whole run")
     button(section, "Predict")

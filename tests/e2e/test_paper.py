@@ -148,7 +148,7 @@ def test_rows_are_shown_by_kind(page: Page, server: Server) -> None:
     computed(page, server, "sizing")
     expect(row(page, "Mover height h")).to_contain_text(re.compile("✓holds +fit"), timeout=LONG)
     kinds = page.get_by_role("table", name="Rows by kind")
-    expect(kinds.get_by_role("row", name=re.compile("^fit"))).to_contain_text("fit206")
+    expect(kinds.get_by_role("row", name=re.compile("^fit"))).to_contain_text("fit207")
     page.get_by_role("button", name="fit", exact=True).press("Enter")
     expect(row(page, "Turns of a phase N")).to_have_count(0)
     page.reload()

@@ -238,7 +238,7 @@ def test_a_german_csv_is_corrected_and_imported(
     expect(open_runs(page, server)).to_be_visible()
     page.keyboard.press("i")
     sheet = page.get_by_role("dialog", name="Import a measurement")
-    chooser = sheet.get_by_label("File of a measurement")
+    chooser = sheet.get_by_label("File of a measurement", exact=True)
     chooser.set_input_files(german(tmp_path / "bad.csv", broken=True))
     expect(sheet.get_by_role("alert")).to_contain_text(
         "Line 8, column 'Sollposition X [µm]': is no"
