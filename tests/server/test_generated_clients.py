@@ -45,10 +45,11 @@ def test_every_accepted_job_is_of_one_kind(document: dict[str, Any]) -> None:
             (content,) = operation["responses"]["202"]["content"].values()
             assert content["schema"].keys() == {"$ref"}, path
             report = document["components"]["schemas"][content["schema"]["$ref"].split("/")[-1]]
-            kinds[path.rpartition("/")[2]] = report["properties"]["kind"]["const"]
+            kinds[path.removeprefix("/api/v1/")] = report["properties"]["kind"]["const"]
     assert kinds == {
         "simulate": "simulate",
-        "sweep": "frequency-sweep",
+        "sweep": "sweep",
+        "loop/sweep": "frequency-sweep",
         "maps": "map",
         "friction-models": "friction-models",
         "safe-tune": "safe-tune",
@@ -62,7 +63,8 @@ def test_every_accepted_job_is_of_one_kind(document: dict[str, Any]) -> None:
         "sensitivity": "sensitivity",
         "tune": "tune",
         "landscape": "landscape",
-        "replay": "replay",
+        "runs/{run_id}/replay": "replay",
+        "runs/replay": "replays",
     }
 
 

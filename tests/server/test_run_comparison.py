@@ -17,7 +17,10 @@ from motionlab.analysis.run_comparison import compare
 from motionlab.cli.main import main
 from motionlab.library.columns import of_run
 from motionlab.library.library import library
+from motionlab.library.replay import again
+from motionlab.library.replays import demand, replay_all
 from motionlab.library.run import RunDetail
+from motionlab.library.search import parse
 from tests.library.test_replay import altered, keep, rewrite
 from tests.server.live import API, until
 
@@ -174,6 +177,71 @@ def test_a_replay(client: httpx.Client) -> None:
     assert report["request"] == {"run": run.id}
     assert report["result"]["first"]["tick"] == 321
     assert client.post(f"{API}/runs/r-aaaaaaaaaaaa/replay").status_code == 404
+
+
+def test_runs_of_a_search_are_replayed_by_a_job(client: httpx.Client) -> None:
+    same, moved = keep({"seed": 13}), keep({"seed": 14})
+    rewrite(moved, lambda table: altered(table, 321, "A.y.thrust", 7.0))
+    for run in (same, moved):
+        library().change(run.id, {"tags": ["by-rest"]})
+    q = "tag:by-rest scenario:circle"
+    accepted = client.post(f"{API}/runs/replay", json={"q": q})
+    assert accepted.status_code == 202, accepted.text
+    job = accepted.headers["location"]
+    until(lambda: client.get(job).json()["state"] == "done")
+    report = client.get(job).json()
+    assert (report["kind"], report["request"], report["subject"]) == ("replays", {"q": q}, q)
+    assert (report["progress"], report["error"], report["partial"]) == (1.0, None, None)
+    assert report["result"] == replay_all(library(), parse(q)).model_dump(mode="json")
+    assert [run["run"] for run in report["result"]["runs"]] == [moved.id, same.id]
+    assert report["result"]["runs"][0]["first"]["tick"] == 321
+
+
+@pytest.mark.parametrize("q", ["kind:bogus", "B.x.max<3kg", "after:soon", 31 * "a ", 1001 * "a"])
+def test_a_search_is_refused_as_by_the_list(client: httpx.Client, q: str) -> None:
+    listed = client.get(f"{API}/runs", params={"q": q})
+    answer = client.post(f"{API}/runs/replay", json={"q": q})
+    assert answer.status_code == listed.status_code == 422
+    assert answer.json()["errors"] == listed.json()["errors"]
+    assert [error["loc"] for error in answer.json()["errors"]] == ["q"]
+
+
+def test_bounds_of_a_job_that_replays(
+    client: httpx.Client, runs: tuple[RunDetail, RunDetail]
+) -> None:
+    """Simulated time is bounded as that of other jobs, memory is that of the largest run."""
+    for run in runs:
+        library().change(run.id, {"tags": ["bounded"]})
+    nothing = {"id": "r-measurement3", "kind": "measurement", "scenario_document": None}
+    other = runs[0].model_copy(update=nothing | {"tags": ["bounded"]})
+    library().index.put(other)
+    needed = demand(library(), parse("tag:bounded"))
+    assert needed.work == sum(2 * run.duration for run in runs)
+    assert 0 < needed.size < max(again(run).size for run in runs)
+    long = runs[0].model_copy(update={"id": "r-muchtoolonga", "duration": 1e6, "tags": ["too-long"]})
+    library().index.put(long)
+    answer = client.post(f"{API}/runs/replay", json={"q": "tag:too-long"})
+    library().delete(long.id)
+    assert answer.status_code == 422, answer.text
+    (error,) = answer.json()["errors"]
+    assert (error["loc"], error["value"], error["unit"]) == ("q", 2e6, "s")
+    assert error["bounds"] == {"maximum": 1e6}
+
+
+def test_a_job_that_replays_can_be_cancelled(client: httpx.Client) -> None:
+    run = keep({"seed": 15, "trajectory.laps": 60})
+    library().change(run.id, {"tags": ["cancelled"]})
+    accepted = client.post(f"{API}/runs/replay", json={"q": "tag:cancelled"})
+    job = accepted.headers["location"]
+    until(lambda: client.get(job).json()["state"] == "running")
+    report = client.delete(job).json()
+    assert (report["state"], report["result"]) == ("cancelled", None)
+    until(lambda: job.rpartition("/")[2] in {each["id"] for each in ended_jobs(client)})
+
+
+def ended_jobs(client: httpx.Client) -> list[dict[str, Any]]:
+    jobs = client.get(f"{API}/jobs/now").json()
+    return [job for job in jobs if job["state"] not in {"queued", "running"}]
 
 
 def test_a_measurement_cannot_be_replayed(client: httpx.Client) -> None:

@@ -115,9 +115,13 @@ def again(run: RunDetail) -> Again:
         raise NotReplayable(
             f"{run.id}, kept by {run.version}, cannot be simulated by {__version__}: {error}"
         ) from error
-    rows = min(run.ticks, ROWS)
-    size = _COPIES * len(run.columns) * rows * np.dtype(np.float32).itemsize
+    size = samples_size(len(run.columns), run.ticks)
     return Again(run, prepared, size + prepared.motion_size)
+
+
+def samples_size(columns: int, ticks: int) -> int:
+    """Return the memory of samples that are compared at once, bytes."""
+    return _COPIES * columns * min(ticks, ROWS) * np.dtype(np.float32).itemsize
 
 
 def _without_other_laws(run: str, document: Mapping[str, Any]) -> dict[str, Any]:

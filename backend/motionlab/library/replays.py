@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Iterator
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import pyarrow as pa
 from pydantic import BaseModel, Field
@@ -14,10 +14,14 @@ from motionlab.errors import MotionLabError
 from motionlab.executors.code import processor
 from motionlab.lanes import model_hash
 from motionlab.library.library import Library
-from motionlab.library.replay import FirstDifference, again, replay
+from motionlab.library.replay import FirstDifference, again, replay, samples_size
 from motionlab.library.replayed_errors import ErrorChange
 from motionlab.library.run import Run
 from motionlab.library.search import LIMIT_MAX, Search
+from motionlab.telemetry.channels import stream_columns
+
+_SIMULATED = {"simulation", "live"}
+"""Kinds of runs that can be simulated again."""
 
 Outcome = Literal["identical", "moved", "not replayable"]
 
@@ -64,8 +68,36 @@ class Replays(BaseModel):
     runs: list[RunReplay]
 
 
+class Demand(NamedTuple):
+    """What it takes to simulate runs again.
+
+    Attributes
+    ----------
+    work : float
+        Simulated time summed over runs and variants, s.
+    size : int
+        Memory of the largest run's samples, bytes.
+    """
+
+    work: float
+    size: int
+
+
+def demand(library: Library, search: Search) -> Demand:
+    """Return what it takes to simulate all runs again that a search finds."""
+    work, size = 0.0, 0
+    for run in _listed(library, search):
+        if run.kind in _SIMULATED:
+            work += run.duration * len(run.variants)
+            size = max(size, samples_size(len(stream_columns(run.variants)), run.ticks))
+    return Demand(work, size)
+
+
 def replay_all(
-    library: Library, search: Search, progress: Callable[[float], None] = lambda _: None
+    library: Library,
+    search: Search,
+    progress: Callable[[float], None] = lambda _: None,
+    hold: Callable[[int], None] = lambda _: None,
 ) -> Replays:
     """Simulate all runs that a search finds again, one at a time, and say which have moved.
 
@@ -79,6 +111,8 @@ def replay_all(
         Which of them.
     progress : callable
         Called with the share that is done.
+    hold : callable
+        Called with the memory of each run, bytes, before it is simulated.
 
     Raises
     ------
@@ -93,7 +127,7 @@ def replay_all(
 
     try:
         for run in _listed(library, search):
-            replayed.append(replay_one(library, run, share))
+            replayed.append(replay_one(library, run, share, hold))
             share(0.0)
     except KeyboardInterrupt:
         interrupted = True
@@ -112,11 +146,14 @@ def replay_all(
     )
 
 
-def replay_one(library: Library, run: Run, progress: Callable[[float], None]) -> RunReplay:
+def replay_one(
+    library: Library, run: Run, progress: Callable[[float], None], hold: Callable[[int], None]
+) -> RunReplay:
     """Simulate a run again, or say why it cannot be."""
     answer = RunReplay(run=run.id, name=run.name, outcome="not replayable")
     try:
         prepared = again(library.complete(run.id))
+        hold(prepared.size)
         with library.files.open(run.id) as file:
             comparison = replay(prepared, file, progress)
     except MotionLabError as error:

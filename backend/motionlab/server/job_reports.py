@@ -10,6 +10,7 @@ from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, TypeAdapter, c
 
 from motionlab.analysis.result_document import ResultDocument
 from motionlab.library.replay import Replay
+from motionlab.library.replays import Replays
 from motionlab.studies.table import STUDIES
 
 State = Literal["queued", "running", "done", "failed", "cancelled", "interrupted"]
@@ -18,6 +19,7 @@ WaitsFor = Literal["server", "jobs", "kernels", "memory"]
 _MODELS: dict[str, tuple[str, type[BaseModel], type[BaseModel] | None]] = {
     "simulate": ("SimulationJob", ResultDocument, None),
     "replay": ("ReplayJob", Replay, None),
+    "replays": ("ReplaysJob", Replays, None),
 } | {
     study.kind: (study.report_name, study.document_model, study.partial_model)
     for study in STUDIES
@@ -85,6 +87,8 @@ def subject_of(request: dict[str, Any]) -> str:
     """Return what a request is of, in short."""
     if request.get("run"):
         return f"run {request['run']}"
+    if "q" in request:
+        return request["q"] or "all runs"
     if "preset" in request or "geometry" in request:
         return str(request.get("preset", "default"))
     if only := request.get("only"):

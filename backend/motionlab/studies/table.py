@@ -44,7 +44,7 @@ SHIPPED: tuple[Study, ...] = (
     PlatformStudy(),
     ReproduceStudy(),
 )
-OWN = own_studies(SHIPPED, ("simulate", "replay"))
+OWN = own_studies(SHIPPED, ("simulate", "replay", "replays"))
 """Studies of one's own."""
 STUDIES: tuple[Study, ...] = (*SHIPPED, *OWN)
 BY_KIND: dict[str, Study] = {study.kind: study for study in STUDIES}

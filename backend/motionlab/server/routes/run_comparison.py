@@ -1,22 +1,24 @@
-"""Two runs compared, and one simulated again."""
+"""Two runs compared, and runs simulated again."""
 
 from __future__ import annotations
 
 from typing import Annotated, Any
 
 import numpy as np
-from fastapi import APIRouter, Body, Header, Request, Response
-from pydantic import BaseModel, Field
+from fastapi import APIRouter, Body, Header, HTTPException, Request, Response
+from pydantic import BaseModel, ConfigDict, Field
 
 from motionlab.analysis.aligned_runs import align, curves
 from motionlab.analysis.comparison_document import Comparison
 from motionlab.analysis.comparison_options import Comparing
 from motionlab.analysis.run_comparison import compare, size
-from motionlab.errors import ConfigError, FieldError
+from motionlab.errors import Busy, ConfigError, FieldError
 from motionlab.library.columns import Columns, of_run
 from motionlab.library.library import library
 from motionlab.library.replay import Again, Replay, again, replay
+from motionlab.library.replays import Demand, Replays, demand, replay_all
 from motionlab.library.run import ID
+from motionlab.library.search import SEARCH_MAX, parse
 from motionlab.server.http.openapi_input import examples
 from motionlab.server.http.problems import responses
 from motionlab.server.http.strict_json import JsonRoute
@@ -26,6 +28,7 @@ from motionlab.server.routes.runs import RunId
 from motionlab.server.settings import Settings
 from motionlab.server.worker_answers import NUMBERS, ComputedResponse, called, json_of
 from motionlab.server.workers.worker import Call
+from motionlab.studies.study import above
 from motionlab.telemetry.packed import packed
 
 router = APIRouter(prefix="/runs", tags=["runs"], route_class=JsonRoute)
@@ -108,6 +111,28 @@ async def replay_run(
     """
     asynchronous = "respond-async" in prefer.lower()
     return await as_job(request, "replay", _replayed, _answer, run_id, asynchronous)
+
+
+class ReplaysRequest(BaseModel):
+    """Runs that are simulated again."""
+
+    model_config = ConfigDict(extra="forbid") | examples({"q": "scenario:circle B.x.max<10um"})
+
+    q: str = Field(
+        default="", max_length=SEARCH_MAX, description="Search, as for the list; empty: all runs"
+    )
+
+
+@router.post(
+    "/replay",
+    operation_id="replayRuns",
+    status_code=202,
+    response_model=REPORTS["replays"],
+    responses={**accepted(REPORTS["replays"]), **responses(400, 413, 415, 422, 429, 503)},
+)
+async def replay_runs(request: Request, body: Annotated[ReplaysRequest, Body()]) -> Response:
+    """Simulate all runs again that a search finds, and list which have moved; a job."""
+    return await as_job(request, "replays", _replayed_all, _check_all, body)
 
 
 class _ReplayRequest(BaseModel):
@@ -201,3 +226,32 @@ def _replayed(call: Call, body: dict[str, Any], bounds: Settings) -> Replay:
 def _replay(call: Call, replayed: Again) -> Replay:
     with library().files.open(replayed.run.id) as file:
         return replay(replayed, file, call.progress)
+
+
+def _demand(q: str, bounds: Settings) -> Demand:
+    needed = demand(library(), parse(q))
+    message = "simulated time of all runs and variants is too large for one request"
+    if too_much := above(needed.work, bounds.trials_max, loc="q", message=message):
+        raise ConfigError(*too_much)
+    return needed
+
+
+def _check_all(_: Call, bounds: Settings, body: ReplaysRequest) -> CheckedRequest:
+    return CheckedRequest.of(body.model_dump(), _demand(body.q, bounds).size)
+
+
+def _replayed_all(call: Call, body: dict[str, Any], bounds: Settings) -> Replays:
+    q = ReplaysRequest(**body).q
+    held = _demand(q, bounds).size
+
+    def hold(size: int) -> None:
+        """Reserve what a run takes beyond the runs before it."""
+        nonlocal held
+        if size > held:
+            try:
+                call.hold(size - held)
+            except HTTPException as error:
+                raise Busy(error.detail) from None
+            held = size
+
+    return replay_all(library(), parse(q), call.progress, hold)

@@ -1568,6 +1568,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/runs/replay": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Replay Runs
+         * @description Simulate all runs again that a search finds, and list which have moved; a job.
+         */
+        post: operations["replayRuns"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/runs/{run_id}/telemetry": {
         parameters: {
             query?: never;
@@ -8562,7 +8582,7 @@ export interface components {
              * @description Its study, or simulate
              * @enum {string}
              */
-            kind: "simulate" | "replay" | "identify" | "friction-models" | "tune" | "landscape" | "safe-tune" | "learn" | "monte-carlo" | "sweep" | "sensitivity" | "minute" | "response" | "shape" | "frequency-sweep" | "map" | "reproduce";
+            kind: "simulate" | "replay" | "replays" | "identify" | "friction-models" | "tune" | "landscape" | "safe-tune" | "learn" | "monte-carlo" | "sweep" | "sensitivity" | "minute" | "response" | "shape" | "frequency-sweep" | "map" | "reproduce";
         };
         /**
          * JobSummary
@@ -8652,7 +8672,7 @@ export interface components {
              * @description Its study, or simulate
              * @enum {string}
              */
-            kind: "simulate" | "replay" | "identify" | "friction-models" | "tune" | "landscape" | "safe-tune" | "learn" | "monte-carlo" | "sweep" | "sensitivity" | "minute" | "response" | "shape" | "frequency-sweep" | "map" | "reproduce";
+            kind: "simulate" | "replay" | "replays" | "identify" | "friction-models" | "tune" | "landscape" | "safe-tune" | "learn" | "monte-carlo" | "sweep" | "sensitivity" | "minute" | "response" | "shape" | "frequency-sweep" | "map" | "reproduce";
             /**
              * Other Model
              * @description Whether another version of the model has computed it
@@ -13597,6 +13617,163 @@ export interface components {
             result?: components["schemas"]["Replay"] | null;
         };
         /**
+         * Replays
+         * @description Kept runs simulated again: those that moved most first, the identical ones last.
+         */
+        Replays: {
+            /**
+             * Version
+             * @description Version that simulated them again
+             * @default 0.1.0.dev1206+g21c2947ed
+             */
+            version: string;
+            /**
+             * Model
+             * @description Hash of the model's sources
+             */
+            model: string;
+            /** Processor */
+            processor: string;
+            /**
+             * Total
+             * @description Runs that the search finds
+             */
+            total: number;
+            /**
+             * Interrupted
+             * @description Whether runs are missing because it was interrupted
+             */
+            interrupted: boolean;
+            /**
+             * Identical
+             * @description Runs that are identical
+             */
+            identical: number;
+            /**
+             * Moved
+             * @description Runs that have moved
+             */
+            moved: number;
+            /**
+             * Not Replayable
+             * @description Runs that cannot be simulated again
+             */
+            not_replayable: number;
+            /** Runs */
+            runs: components["schemas"]["RunReplay"][];
+        };
+        /**
+         * ReplaysJob
+         * @description A job of the kind replays.
+         */
+        ReplaysJob: {
+            /**
+             * Id
+             * @description Identifier, part of its URL
+             */
+            id: string;
+            /**
+             * State
+             * @description queued, running, done, failed, cancelled, or interrupted by the server's end
+             * @enum {string}
+             */
+            state: "queued" | "running" | "done" | "failed" | "cancelled" | "interrupted";
+            /**
+             * Progress
+             * @description Share of the work that is done, 0 to 1
+             */
+            progress: number;
+            /**
+             * Created
+             * Format: date-time
+             * @description When it was asked for
+             */
+            created: string;
+            /**
+             * Elapsed
+             * @description Time that it has run, s
+             */
+            elapsed: number;
+            /**
+             * Remaining
+             * @description Estimate of the time that it still needs, s
+             */
+            remaining: number | null;
+            /**
+             * Waits For
+             * @description Why it is queued: the server starts, other jobs run, kernels are compiled, runs and sessions hold the memory; null when it is not
+             */
+            waits_for?: ("server" | "jobs" | "kernels" | "memory") | null;
+            /**
+             * Subject
+             * @description What it is of, in short: a scenario, a run, a preset
+             * @default
+             */
+            subject: string;
+            /**
+             * Version
+             * @description Version of the program that computes it
+             * @default
+             */
+            version: string;
+            /**
+             * Model
+             * @description Hash of the model's sources
+             * @default
+             */
+            model: string;
+            /**
+             * Shipped
+             * @description Whether it came with the program
+             * @default false
+             */
+            shipped: boolean;
+            /**
+             * Error
+             * @description Why a job failed or was interrupted
+             */
+            error: string | null;
+            /**
+             * Unrecorded
+             * @description Why there is no record of it beyond the server's end
+             */
+            unrecorded?: string | null;
+            /**
+             * Request
+             * @description Body of the request that asked for it
+             */
+            request: {
+                [key: string]: unknown;
+            };
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "replays";
+            /**
+             * Partial
+             * @description Results so far, of a job that is running or was interrupted
+             */
+            partial?: null;
+            /** @description Results of a job that is done */
+            result?: components["schemas"]["Replays"] | null;
+        };
+        /**
+         * ReplaysRequest
+         * @description Runs that are simulated again.
+         * @example {
+         *       "q": "scenario:circle B.x.max<10um"
+         *     }
+         */
+        ReplaysRequest: {
+            /**
+             * Q
+             * @description Search, as for the list; empty: all runs
+             * @default
+             */
+            q: string;
+        };
+        /**
          * ReproduceDocument
          * @description Every printed number and ours; the same as ``motionlab reproduce --json`` prints.
          */
@@ -14616,6 +14793,48 @@ export interface components {
              * @description Greatest value, SI
              */
             greatest: number | null;
+        };
+        /**
+         * RunReplay
+         * @description What became of one run when it was simulated again.
+         */
+        RunReplay: {
+            /**
+             * Run
+             * @description Its identifier
+             */
+            run: string;
+            /** Name */
+            name: string;
+            /**
+             * Outcome
+             * @description identical: of all samples that were recorded
+             * @enum {string}
+             */
+            outcome: "identical" | "moved" | "not replayable";
+            /** @description Of one that has moved */
+            first?: components["schemas"]["FirstDifference"] | null;
+            /**
+             * Samples
+             * @description Samples that differ
+             * @default 0
+             */
+            samples: number;
+            /**
+             * Change
+             * @description Largest change of a largest or RMS following error, m; null where a variant diverges now, or no longer, and of what did not move
+             */
+            change?: number | null;
+            /**
+             * Errors
+             * @description Of one that has moved: of each variant and axis
+             */
+            errors?: components["schemas"]["ErrorChange"][];
+            /**
+             * Reasons
+             * @description What may be why, or why it cannot be simulated again
+             */
+            reasons?: string[];
         };
         /**
          * RunningStep
@@ -19817,7 +20036,7 @@ export interface operations {
         parameters: {
             query?: {
                 /** @description Only jobs of this kind */
-                kind?: ("simulate" | "replay" | "identify" | "friction-models" | "tune" | "landscape" | "safe-tune" | "learn" | "monte-carlo" | "sweep" | "sensitivity" | "minute" | "response" | "shape" | "frequency-sweep" | "map" | "reproduce") | null;
+                kind?: ("simulate" | "replay" | "replays" | "identify" | "friction-models" | "tune" | "landscape" | "safe-tune" | "learn" | "monte-carlo" | "sweep" | "sensitivity" | "minute" | "response" | "shape" | "frequency-sweep" | "map" | "reproduce") | null;
             };
             header?: never;
             path?: never;
@@ -19966,7 +20185,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["ReplayJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["FrictionModelsJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["SafeTuneJob"] | components["schemas"]["LearningJob"] | components["schemas"]["MonteCarloJob"] | components["schemas"]["SweepJob"] | components["schemas"]["SensitivityJob"] | components["schemas"]["MinuteJob"] | components["schemas"]["ResponseJob"] | components["schemas"]["ShapeJob"] | components["schemas"]["FrequencySweepJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"];
+                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["ReplayJob"] | components["schemas"]["ReplaysJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["FrictionModelsJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["SafeTuneJob"] | components["schemas"]["LearningJob"] | components["schemas"]["MonteCarloJob"] | components["schemas"]["SweepJob"] | components["schemas"]["SensitivityJob"] | components["schemas"]["MinuteJob"] | components["schemas"]["ResponseJob"] | components["schemas"]["ShapeJob"] | components["schemas"]["FrequencySweepJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"];
                 };
             };
             /** @description Bad Request */
@@ -20054,7 +20273,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["ReplayJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["FrictionModelsJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["SafeTuneJob"] | components["schemas"]["LearningJob"] | components["schemas"]["MonteCarloJob"] | components["schemas"]["SweepJob"] | components["schemas"]["SensitivityJob"] | components["schemas"]["MinuteJob"] | components["schemas"]["ResponseJob"] | components["schemas"]["ShapeJob"] | components["schemas"]["FrequencySweepJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"];
+                    "application/json": components["schemas"]["SimulationJob"] | components["schemas"]["ReplayJob"] | components["schemas"]["ReplaysJob"] | components["schemas"]["IdentificationJob"] | components["schemas"]["FrictionModelsJob"] | components["schemas"]["TuningJob"] | components["schemas"]["LandscapeJob"] | components["schemas"]["SafeTuneJob"] | components["schemas"]["LearningJob"] | components["schemas"]["MonteCarloJob"] | components["schemas"]["SweepJob"] | components["schemas"]["SensitivityJob"] | components["schemas"]["MinuteJob"] | components["schemas"]["ResponseJob"] | components["schemas"]["ShapeJob"] | components["schemas"]["FrequencySweepJob"] | components["schemas"]["MapJob"] | components["schemas"]["ReproduceJob"];
                 };
             };
             /** @description Bad Request */
@@ -28566,6 +28785,105 @@ export interface operations {
             };
             /** @description Conflict */
             409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unprocessable Entity */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    /** @description Seconds after which the request may be repeated */
+                    "Retry-After": number;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    replayRuns: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ReplaysRequest"];
+            };
+        };
+        responses: {
+            /** @description Accepted as a job, at its Location */
+            202: {
+                headers: {
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ReplaysJob"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unsupported Media Type */
+            415: {
                 headers: {
                     [name: string]: unknown;
                 };

@@ -91,6 +91,7 @@ const PLACES: Readonly<Record<JobKind, Place>> = {
   reproduce: { name: 'Reproduction', screen: 'paper' },
   simulate: { name: 'Simulation', screen: 'runs' },
   replay: { name: 'Check of a run', screen: 'runs' },
+  replays: { name: 'Check of runs', screen: 'runs' },
 };
 
 /** Returns the place of a kind of job; of a study of one's own it has no screen: null. */
