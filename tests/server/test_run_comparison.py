@@ -180,7 +180,7 @@ def test_a_replay(client: httpx.Client) -> None:
 
 
 def test_runs_of_a_search_are_replayed_by_a_job(client: httpx.Client) -> None:
-    same, moved = keep({"seed": 13}), keep({"seed": 14})
+    same, moved, _ = (keep({"seed": seed}) for seed in (13, 14, 16))
     rewrite(moved, lambda table: altered(table, 321, "A.y.thrust", 7.0))
     for run in (same, moved):
         library().change(run.id, {"tags": ["by-rest"]})
@@ -218,7 +218,8 @@ def test_bounds_of_a_job_that_replays(
     needed = demand(library(), parse("tag:bounded"))
     assert needed.work == sum(2 * run.duration for run in runs)
     assert 0 < needed.size < max(again(run).size for run in runs)
-    long = runs[0].model_copy(update={"id": "r-muchtoolonga", "duration": 1e6, "tags": ["too-long"]})
+    longer = {"id": "r-muchtoolonga", "duration": 1e6, "tags": ["too-long"]}
+    long = runs[0].model_copy(update=longer)
     library().index.put(long)
     answer = client.post(f"{API}/runs/replay", json={"q": "tag:too-long"})
     library().delete(long.id)
