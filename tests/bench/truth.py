@@ -81,7 +81,8 @@ def verdict(job: tuple[str, str, int]) -> tuple[str, str, str, str]:
         resonance, cogging = rng.uniform(100.0, 300.0), rng.uniform(0.0, 0.02)
         machine = one_axis_machine.Machine(kind, **motor, resonance=resonance, cogging=cogging)
         columns = one_axis_machine.recorded(machine, one_axis_machine.sines(parts), seed)
-        request |= {"position": "slide", "force": "push", "normal_force": "preload"}
+        names = {"position": "slide", "force": "push", "normal_force": "preload"}
+        request |= {f"{kind}_column": name for kind, name in names.items()}
     with tempfile.TemporaryDirectory() as folder:
         os.environ["MOTIONLAB_DATA"] = folder
         mapping = () if source == "lab" else ("slide=", "push=", "preload=")

@@ -104,7 +104,7 @@ def test_columns_that_are_named_and_of_opposite_signs(
     pair = files[0], other
     _, about = both(pair, "ms=time[s]", align="x_ist [m]=-laser")
     assert about.offset == pytest.approx(OFFSET, abs=1e-4)
-    with pytest.raises(ConfigError, match="align: no column is in both files: --align A=B names"):
+    with pytest.raises(ConfigError, match="align: no column is in both files: name one of each"):
         both(pair, "ms=time[s]")
     with pytest.raises(ConfigError, match=r"do not show one motion.*give the offset"):
         both(pair, "ms=time[s]", align="x_ist [m]=F")

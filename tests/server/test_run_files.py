@@ -327,8 +327,11 @@ def test_two_files_are_one_body(client: httpx.Client) -> None:
         ({"align": "x"}, "align", "is of two files"),
         ({"first_bytes": len(CSV)}, "first_bytes", "leaves nothing"),
         ({"first_bytes": 10}, "file", ""),
+        ({"first_bytes": len(CSV), "align": "x=y"}, "align", "no column of that name"),
+        ({"first_bytes": len(CSV), "align": ""}, "align", "name one of each as A=B, or give"),
     ):
-        refused = upload(client, CSV, **query)
+        body = CSV + second if "first_bytes" in query and "align" in query else CSV
+        refused = upload(client, body, **query)
         assert refused.status_code == 422
         (error,) = refused.json()["errors"]
         assert error["loc"] == loc

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 import motionlab
 from motionlab.cli import main
 from motionlab.errors import ConfigError, ExperimentFailed
+from motionlab.library.library import library
 from motionlab.studies.friction.documents import FrictionModelsDocument, FrictionModelsRequest
 from motionlab.studies.friction.record import plan
 from motionlab.studies.friction.report import report
@@ -26,7 +27,11 @@ Array = NDArray[np.float64]
 Record = dict[str, Array]
 
 OWN = ("slide=", "push=", "preload=")
-COLUMNS = {"position": "slide", "force": "push", "normal_force": "preload"}
+COLUMNS = {
+    "position_column": "slide",
+    "force_column": "push",
+    "normal_force_column": "preload",
+}
 SINES = [(0.03, 0.3, 2), (0.015, 0.9, 3), (0.003, 0.4, 2), (2e-4, 0.6, 2), (4e-5, 1.2, 3)]
 KINDS = ("coulomb", "stribeck", "lugre", "lugre-load", "gms")
 
@@ -124,10 +129,10 @@ def test_one_speed_does_not_show_stiction(tmp_path: Path) -> None:
 @pytest.mark.parametrize("constant", [False, True])
 def test_friction_by_load_needs_a_normal_force_that_changes(tmp_path: Path, constant: bool) -> None:
     record = recorded(machine("lugre"), sines(SINES))
-    request: dict[str, Any] = {"position": "slide", "force": "push"}
+    request: dict[str, Any] = {"position_column": "slide", "force_column": "push"}
     if constant:
         record["preload [N]"] = 0.0 * record["preload [N]"] + 20.0
-        request["normal_force"] = "preload"
+        request["normal_force_column"] = "preload"
     result = judged(tmp_path, record, *OWN, **request)
     assert result.selected == "lugre"
     assert "lugre-load" not in {model.name for model in result.models}
@@ -144,7 +149,7 @@ def test_a_rotary_axis_by_torque_or_current(tmp_path: Path, unit: str, mass: str
         f"effort [{unit}]": 0.5 * linear["push [N]"],
     }
     mapping = ("angle=", "effort=")
-    result = judged(tmp_path, record, *mapping, position="angle", force="effort")
+    result = judged(tmp_path, record, *mapping, position_column="angle", force_column="effort")
     assert result.selected == "lugre", result.reasons
     (model,) = (each for each in result.models if each.name == "lugre")
     effort = "N m" if unit == "Nm" else "A"
@@ -211,10 +216,10 @@ def run(_data: None, tmp_path_factory: pytest.TempPathFactory) -> str:
     ("request_", "loc"),
     [
         ({"run": "r-aaaaaaaaaaaa"}, "run"),
-        ({"position": "nothing"}, "position"),
-        ({"position": "push"}, "position"),
-        ({"force": "warmth"}, "force"),
-        ({"normal_force": "slide"}, "normal_force"),
+        ({"position_column": "nothing"}, "position_column"),
+        ({"position_column": "push"}, "position_column"),
+        ({"force_column": "warmth"}, "force_column"),
+        ({"normal_force_column": "slide"}, "normal_force_column"),
         ({"variant": "B"}, "variant"),
         ({"start": 1e6}, "start"),
         ({"start": 1.0, "end": 1.01}, "end"),
@@ -235,11 +240,27 @@ def test_wrong_input_is_refused(run: str, request_: dict[str, Any], loc: str) ->
 def test_columns_must_be_named_where_none_is_known(run: str) -> None:
     with pytest.raises(ConfigError) as error:
         plan(FrictionModelsRequest(run=run))
-    assert error.value.errors[0].loc == "position"
+    assert error.value.errors[0].loc == "position_column"
+
+
+@pytest.mark.parametrize(("samples", "refused"), [(1_000_000, False), (1_000_001, True)])
+def test_as_many_samples_are_read_as_by_other_studies(
+    run: str, samples: int, refused: bool
+) -> None:
+    identifier = "r-manysamples" + ("b" if refused else "a")
+    kept = library().get(run).model_copy(update={"id": identifier, "ticks": samples})
+    library().index.put(kept)
+    request = FrictionModelsRequest.model_validate({"run": identifier} | COLUMNS)
+    if not refused:
+        plan(request)
+        return
+    with pytest.raises(ConfigError, match="choose a part by start and end") as error:
+        plan(request)
+    assert error.value.errors[0].bounds == {"maximum": 1000.0}
 
 
 def test_the_command_and_python_say_the_same(run: str, capsys: pytest.CaptureFixture[str]) -> None:
-    columns = ["--position", "slide", "--force", "push", "--normal-force", "preload"]
+    columns = [f"--{field.replace('_', '-')}={name}" for field, name in COLUMNS.items()]
     assert main(["friction-models", run, *columns]) == 0
     text = capsys.readouterr().out
     assert "Stribeck" in text

@@ -46,7 +46,7 @@ def data(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def compared(run: str, data: Path, laws: Path, *words: str) -> Any:
-    columns = ("--position", "slide", "--force", "push")
+    columns = ("--position-column", "slide", "--force-column", "push")
     return command(
         *("friction-models", run, *columns, "--laws", laws, *words), MOTIONLAB_DATA=str(data)
     )

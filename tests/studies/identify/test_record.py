@@ -93,7 +93,7 @@ def lost(found: AxisIdentification) -> dict[str, float]:
 
 @pytest.mark.parametrize("force", ["currents", "M.x.force_command"])
 def test_friction_is_found_within_its_intervals(rig: str, force: str) -> None:
-    axis = found(rig, force=force)
+    axis = found(rig, force_column=force)
     assert set(parameters(axis)) == set(TRUE)
     assert lost(axis) == {}
     widths = {
@@ -120,7 +120,7 @@ def another_rig() -> tuple[dict[str, float], dict[str, Array]]:
 def test_a_rig_of_another_integrator_is_identified(tmp_path: Path, force: str) -> None:
     """Between two samples its currents settle and its motor moves on, which biases the mass."""
     true, columns = another_rig()
-    axis = found(imported(tmp_path, columns), force=force)
+    axis = found(imported(tmp_path, columns), force_column=force)
     shares = {"F_c": 0.03, "F_s": 3e-4, "v_s": 1e-3, "sigma_2": 0.01, "f_0": 2e-3, "M": 4e-3}
     for name, share in {**shares, "sigma_0": 3e-3, "sigma_1": 6e-3}.items():
         p = parameters(axis)[name]
@@ -130,10 +130,10 @@ def test_a_rig_of_another_integrator_is_identified(tmp_path: Path, force: str) -
 
 
 def test_a_mass_that_is_given_is_taken(rig: str) -> None:
-    axis = found(rig, force="M.x.force_command", mass=MASS)
+    axis = found(rig, force_column="M.x.force_command", mass=MASS)
     assert set(parameters(axis)) == set(TRUE) - {"M"}
     assert lost(axis) == {}
-    wrong = found(rig, force="M.x.force_command", mass=1.2 * MASS, end=12.0)
+    wrong = found(rig, force_column="M.x.force_command", mass=1.2 * MASS, end=12.0)
     assert wrong.sliding.residual_rms > 3.0 * axis.sliding.residual_rms
 
 
@@ -164,7 +164,7 @@ def test_a_gap_costs_what_is_beside_it(tmp_path: Path) -> None:
 
 def test_a_hundred_hertz_tell_sliding_and_no_bristle(tmp_path: Path) -> None:
     columns = {name: values[::20] for name, values in channels().items()}
-    axis = found(imported(tmp_path, columns), force="M.x.force_command")
+    axis = found(imported(tmp_path, columns), force_column="M.x.force_command")
     assert axis.presliding is None
     assert any("rate" in w for w in axis.warnings), axis.warnings
     assert set(parameters(axis)) == SLIDING | {"M"}
@@ -323,15 +323,15 @@ def test_what_cannot_be_identified_from_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("record", "axis", "loc", "message"),
     [
-        ({}, "y", "record.position", "none of M.y.position_measured"),
-        ({"force": "Druck"}, "x", "record.force", "is no column of the run"),
-        ({"force": "Druck_bar"}, "x", "record.force", "has a unit other than N"),
-        ({"position": "M.x.current_a"}, "x", "record.position", "has a unit other than m"),
+        ({}, "y", "record.position_column", "none of M.y.position_measured"),
+        ({"force_column": "Druck"}, "x", "record.force_column", "is no column of the run"),
+        ({"force_column": "Druck_bar"}, "x", "record.force_column", "has a unit other than N"),
+        ({"position_column": "M.x.current_a"}, "x", "record.position_column", "has a unit other than m"),
         ({"bandwidth": 200.0}, "x", "record.bandwidth", "too large for a rate of 2000 Hz"),
         ({"variant": "B"}, "x", "record.variant", "is no variant of the run"),
         ({"start": 100.0}, "x", "record.start", "lies after the end"),
         ({"start": 1.0, "end": 1.01}, "x", "record.end", "less than a period of the filter"),
-        ({"force": "M.x.force_command"}, "both", "axis", "of one axis"),
+        ({"force_column": "M.x.force_command"}, "both", "axis", "of one axis"),
     ],
 )
 def test_wrong_input_is_refused_before_anything_is_read(

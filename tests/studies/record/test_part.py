@@ -79,12 +79,12 @@ def test_the_longest_stretch_without_a_gap_is_read(run: RunDetail) -> None:
 def test_every_study_has_the_same_names() -> None:
     parser = argparse.ArgumentParser()
     add_part(parser)
-    add_columns(parser, position="position", force="force_column", normal_force="normal_force")
+    add_columns(parser, position="p_c", force="force_column", normal_force="n_c")
     text = "--from 1 --to 2 --position-column p --force-column f --normal-force-column n"
     options = vars(parser.parse_args(text.split()))
     assert options == {
         **{"start": 1.0, "end": 2.0},
-        **{"position": "p", "force_column": "f", "normal_force": "n"},
+        **{"p_c": "p", "force_column": "f", "n_c": "n"},
     }
     for model in (FrictionModelsRequest, MinuteRequest, ResponseRequest):
         assert issubclass(model, PartOptions)
@@ -106,7 +106,7 @@ def test_a_gap_does_not_refuse_a_response(tmp_path: Path) -> None:
 def test_a_signed_normal_force_is_doubted_and_its_magnitude_is_not(tmp_path: Path) -> None:
     record = recorded(Machine("lugre-load", mu=0.03), sines([(0.03, 0.3, 2), (0.003, 0.4, 4)]))
     record["preload [N]"] *= np.where(np.arange(len(record["preload [N]"])) % 4000 < 2000, 1, -1)
-    own = {"position": "slide", "force": "push", "normal_force": "preload"}
+    own = {"position_column": "slide", "force_column": "push", "normal_force_column": "preload"}
     kept = imported(tmp_path, record, "slide=", "push=", "preload=")
     request = FrictionModelsRequest.model_validate({"run": kept, **own})
     assert any("preload is negative in" in note for note in select(plan_friction(request)).notes)

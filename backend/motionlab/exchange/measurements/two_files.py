@@ -189,7 +189,7 @@ def _common(
             if name != "time" and other is not None and column is not one.column:
                 if other is not two.column and np.nanstd(column.values) > 0:
                     return column, other, 1.0
-    message = "no column is in both files: --align A=B names one of each, or --offset the offset"
+    message = "no column is in both files: name one of each as A=B, or give the offset"
     raise ConfigError(FieldError("align", message))
 
 

@@ -27,7 +27,7 @@ class FrictionModelsRequest(RecordOptions):
 
     run: Annotated[str, Field(pattern=ID)] = Field(description="Identifier of a kept run")
     axis: Literal["x", "y"] = Field(default="x", description="Axis whose channels are read")
-    normal_force: str | None = Field(
+    normal_force_column: str | None = Field(
         default=None,
         max_length=120,
         description="Column of the normal force of the guide; left out: normal_force of the "

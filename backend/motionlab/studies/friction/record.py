@@ -41,9 +41,7 @@ from motionlab.studies.record.part import kept_run, part_of
 
 Array = NDArray[np.float64]
 
-SAMPLES_MAX = 240_000
-"""Most samples: two minutes at 2 kHz."""
-
+_COLUMNS = {"position_column": POSITION_CHANNELS, "force_column": FORCE_CHANNELS}
 _NORMAL = "normal_force"
 
 
@@ -103,26 +101,26 @@ def _plan(request: FrictionModelsRequest, source: Any) -> FrictionPlan:
     run = kept_run(request.run)
     bandwidth = bandwidth_of(request, run)
     least = 1.0 / bandwidth
-    part_of(request, run, seconds_min=least, samples_max=SAMPLES_MAX, short=SHORT)
+    part_of(request, run, seconds_min=least, short=SHORT)
     units = units_of(run)
     prefix = f"{variant_of(request.variant, run)}.{request.axis}."
-    normal = request.normal_force
+    normal = request.normal_force_column
     if normal is None and prefix + _NORMAL in units:
         normal = prefix + _NORMAL
     beside = () if normal is None else (normal,)
     friction = _friction(request, source)
-    newtons = tuple(factor_of("normal_force", name, units, NEWTONS)[1] for name in beside)
-    if request.force in {None, CURRENTS} and _is_lab(run, units, prefix):
+    newtons = tuple(factor_of("normal_force_column", name, units, NEWTONS)[1] for name in beside)
+    if request.force_column in {None, CURRENTS} and _is_lab(run, units, prefix):
         experiment = _experiment(request, source)
         lab = Machine("m", "N")
         return FrictionPlan(request, run, bandwidth, lab, experiment, beside, newtons, friction)
-    names = (
-        column_of(request.position, units, loc="position", prefix=prefix, names=POSITION_CHANNELS),
-        column_of(request.force, units, loc="force", prefix=prefix, names=FORCE_CHANNELS),
+    names = tuple(
+        column_of(getattr(request, loc), units, loc=loc, prefix=prefix, names=channels)
+        for loc, channels in _COLUMNS.items()
     )
     length, force = (
         factor_of(loc, name, units, known)
-        for loc, name, known in zip(("position", "force"), names, (LENGTHS, FORCES), strict=True)
+        for loc, name, known in zip(_COLUMNS, names, (LENGTHS, FORCES), strict=True)
     )
     machine = Machine(length[0], force[0])
     factors = (length[1] * machine.metres, force[1], *newtons)
@@ -188,7 +186,7 @@ class Forces:
 
 def read(plan: FrictionPlan, columns: Columns) -> Forces:
     """Return position, force and normal force of a run."""
-    _, first, last = part_of(plan.request, plan.run, samples_max=SAMPLES_MAX)
+    _, first, last = part_of(plan.request, plan.run)
     values = np.empty((0, last - first))
     if plan.columns:
         values = columns.read(plan.columns)[:, first:last].astype(np.float64)

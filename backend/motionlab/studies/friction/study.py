@@ -18,7 +18,8 @@ examples:
 
 `motionlab docs identify` has the method, and how often it is right.
 """
-_APART = {"run", "set", "scenario", "start", "end", "position", "force", "normal_force", "effects"}
+_COLUMNS = {kind: f"{kind}_column" for kind in ("position", "force", "normal_force")}
+_APART = {"run", "set", "scenario", "start", "end", "effects", *_COLUMNS.values()}
 
 
 class FrictionModelsStudy(Study):
@@ -58,7 +59,7 @@ class FrictionModelsStudy(Study):
             "--scenario", metavar="NAME", help="whose force map is used (default: circle)"
         )
         add_part(parser)
-        add_columns(parser, position="position", force="force", normal_force="normal_force")
+        add_columns(parser, **_COLUMNS)
         parser.add_argument(
             "--normal-force-magnitude",
             action="store_true",

@@ -83,12 +83,12 @@ class RecordOptions(PartOptions):
         title="variant of the run",
         description="Variant of the run whose channels are read; left out: its first",
     )
-    position: str | None = Field(
+    position_column: str | None = Field(
         default=None,
         max_length=_COLUMN_MAX,
         description="Column of the position; left out: position_measured of the variant",
     )
-    force: str | None = Field(
+    force_column: str | None = Field(
         default=None,
         max_length=_COLUMN_MAX,
         description="Column of the force, or currents: thrust of the three currents by the force "

@@ -28,9 +28,11 @@ examples:
 
 Speeds are in m/s, each run both ways; forces come out in the newtons of the controller's command.
 """
+_COLUMNS = {"position": "position_column", "force": "force_column"}
+_OF_RECORD = ("mass", "bandwidth", "start", "end")
 _OF_A_RUN = {
     **{f"--{name}": name for name in ("motor", "mass", "bandwidth")},
-    **{f"--{name}-column": name for name in ("position", "force")},
+    **{f"--{kind}-column": field for kind, field in _COLUMNS.items()},
     **{"--run-variant": "run_variant", "--from": "start", "--to": "end"},
 }
 """Options that say something of a run, and where they are kept."""
@@ -155,7 +157,7 @@ class IdentifyStudy(Study):
             help="save the run's simulated motor with what was identified, as plant=NAME",
         )
         record.add_argument("--run-variant", metavar="NAME", help="variant of the run (its first)")
-        add_columns(record, position="position", force="force")
+        add_columns(record, **_COLUMNS)
         record.add_argument(
             "--mass", metavar="KG", type=float, help="moving mass, kg (default: identified too)"
         )
@@ -197,7 +199,7 @@ class IdentifyStudy(Study):
         presliding = {"enabled": options.presliding} | set_options(
             options, "rates", "share", "places"
         )
-        record = set_options(options, "position", "force", "mass", "bandwidth", "start", "end")
+        record = set_options(options, *_COLUMNS.values(), *_OF_RECORD)
         if options.run_variant is not None:
             record["variant"] = options.run_variant
         return (

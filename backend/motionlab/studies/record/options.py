@@ -30,12 +30,8 @@ def add_columns(parser: Any, **fields: str) -> None:
     parser : ArgumentParser or its group
         That gets the options.
     **fields : str
-        Field of the request by kind: ``position``, ``force``, ``normal_force``, ``excitation``. A
-        field that is called as its kind has the short option too, ``--position``.
+        Field of the request by kind: ``position``, ``force``, ``normal_force``, ``excitation``.
     """
     for kind, field in fields.items():
-        flag = f"--{kind.replace('_', '-')}"
-        short = (flag,) if field == kind else ()
-        help_text = f"column {_COLUMNS[kind]}"
-        flags = (f"{flag}-column", *short)
-        parser.add_argument(*flags, dest=field, metavar="COLUMN", help=help_text)
+        flag, help_text = f"--{kind.replace('_', '-')}-column", f"column {_COLUMNS[kind]}"
+        parser.add_argument(flag, dest=field, metavar="COLUMN", help=help_text)

@@ -13455,15 +13455,15 @@ export interface components {
              */
             variant?: string | null;
             /**
-             * Position
+             * Position Column
              * @description Column of the position; left out: position_measured of the variant
              */
-            position?: string | null;
+            position_column?: string | null;
             /**
-             * Force
+             * Force Column
              * @description Column of the force, or currents: thrust of the three currents by the force map of the driving variant; left out: currents, force_realised, force_command or thrust, the first that the run has
              */
-            force?: string | null;
+            force_column?: string | null;
             /**
              * Mass
              * @description Moving mass; left out: identified too
@@ -13624,7 +13624,7 @@ export interface components {
             /**
              * Version
              * @description Version that simulated them again
-             * @default 0.1.0.dev1206+g21c2947ed
+             * @default 0.1.0.dev1208+g4214381ac.d20261129
              */
             version: string;
             /**
@@ -23951,15 +23951,15 @@ export interface operations {
                      */
                     variant?: string | null;
                     /**
-                     * Position
+                     * Position Column
                      * @description Column of the position; left out: position_measured of the variant
                      */
-                    position?: string | null;
+                    position_column?: string | null;
                     /**
-                     * Force
+                     * Force Column
                      * @description Column of the force, or currents: thrust of the three currents by the force map of the driving variant; left out: currents, force_realised, force_command or thrust, the first that the run has
                      */
-                    force?: string | null;
+                    force_column?: string | null;
                     /**
                      * Mass
                      * @description Moving mass; left out: identified too
@@ -23983,10 +23983,10 @@ export interface operations {
                      */
                     axis?: "x" | "y";
                     /**
-                     * Normal Force
+                     * Normal Force Column
                      * @description Column of the normal force of the guide; left out: normal_force of the variant, or that of the currents by the force map of the driving variant
                      */
-                    normal_force?: string | null;
+                    normal_force_column?: string | null;
                     /**
                      * Effects
                      * @description Effects of friction, such as one's own, that are compared too

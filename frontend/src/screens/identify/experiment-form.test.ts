@@ -47,7 +47,7 @@ describe('speeds', () => {
 
 describe('the request', () => {
   it('names a run and what is read of it, and is read back', () => {
-    const entered = { run: 'r-abcdefghijkl', 'record.force': 'Kraft', 'record.mass': 5 };
+    const entered = { run: 'r-abcdefghijkl', 'record.force_column': 'Kraft', 'record.mass': 5 };
     const form = formWith(entered);
     expect(form.request).not.toHaveProperty('run');
     form.readBy('run');

@@ -116,7 +116,7 @@ class Experiment {
 
   /** Reads another run, whose columns are its own. */
   readRun(run: string): void {
-    this.form.reset(['record.variant', 'record.position', 'record.force']);
+    this.form.reset(['record.variant', 'record.position_column', 'record.force_column']);
     this.form.change({ run });
   }
 

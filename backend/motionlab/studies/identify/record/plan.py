@@ -231,7 +231,7 @@ def _columns(
         force = run.scenario_document.get("plant", {}).get("force", force)
     columns: dict[str, AxisColumns] = {}
     refused: list[FieldError] = []
-    named = request.record.position is not None or request.record.force is not None
+    named = request.record.position_column is not None or request.record.force_column is not None
     for axis in request.axes:
         try:
             columns[axis] = _of_axis(request.record, units, f"{variant}.{axis}.", force != "ideal")
@@ -249,30 +249,30 @@ def _of_axis(
     record: RecordOptions, units: dict[str, str], prefix: str, with_currents: bool
 ) -> AxisColumns:
     position = column_of(
-        record.position,
+        record.position_column,
         units,
-        loc="record.position",
+        loc="record.position_column",
         prefix=prefix,
         names=POSITION_CHANNELS,
         fitting=in_unit(units, "m"),
     )
-    first = factor_to("m", position, units, "record.position")
+    first = factor_to("m", position, units, "record.position_column")
     currents = tuple(f"{prefix}current_{phase}" for phase in PHASES)
-    force = record.force
+    force = record.force_column
     if force is None and with_currents and all(name in units for name in currents):
         force = CURRENTS
     if force == CURRENTS:
         commands = tuple(f"{prefix}current_command_{phase}" for phase in PHASES)
         read = currents + (commands if all(name in units for name in commands) else ())
-        factors = tuple(factor_to("A", name, units, "record.force") for name in read)
+        factors = tuple(factor_to("A", name, units, "record.force_column") for name in read)
         return AxisColumns(position, CURRENTS, (position, *read), (first, *factors))
     force = column_of(
         force,
         units,
-        loc="record.force",
+        loc="record.force_column",
         prefix=prefix,
         names=("current_a", *FORCE_CHANNELS) if with_currents else FORCE_CHANNELS,
         fitting=in_unit(units, "N"),
     )
-    factor = factor_to("N", force, units, "record.force")
+    factor = factor_to("N", force, units, "record.force_column")
     return AxisColumns(position, force, (position, force), (first, factor))
