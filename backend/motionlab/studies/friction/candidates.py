@@ -15,7 +15,7 @@ elements are those of `motionlab.effects.gms` with the attraction ``C = r F_s``.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -75,8 +75,8 @@ class Shape(NamedTuple):
     scale: str = "one"
 
 
-Columns = Callable[[Path, Array], Array]
-"""Takes a path and sets of shape numbers, (sets, shapes); returns (sets, columns, n)."""
+Columns = Callable[[Path, Array], Iterator[Sequence[Array]]]
+"""Takes a path and sets of shape numbers, (sets, shapes); yields the columns of each, (n,)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,15 +126,17 @@ class Candidate:
 # -- forces ---------------------------------------------------------------------------------------
 
 
-def _static(path: Path, shapes: Array) -> Array:
+def _static(path: Path, shapes: Array) -> Iterator[Sequence[Array]]:
     v = path.velocity
-    return np.stack([[np.tanh(v / v_0), v] for (v_0,) in shapes])
+    for (v_0,) in shapes:
+        yield np.tanh(v / v_0), v
 
 
-def _stribeck(path: Path, shapes: Array) -> Array:
+def _stribeck(path: Path, shapes: Array) -> Iterator[Sequence[Array]]:
     v = path.velocity
-    sides = [(np.tanh(v / v_0), stribeck_fade(v, v_s)) for v_0, v_s in shapes]
-    return np.stack([[s, s * q, v] for s, q in sides])
+    for v_0, v_s in shapes:
+        s = np.tanh(v / v_0)
+        yield s, s * stribeck_fade(v, v_s), v
 
 
 def _bent(path: Path, shape: Sequence[float]) -> Array:
@@ -145,18 +147,17 @@ def _bent(path: Path, shape: Sequence[float]) -> Array:
     return u + tau * np.gradient(u, path.period)
 
 
-def _lugre(path: Path, shapes: Array) -> Array:
-    return np.stack([[_bent(path, shape), path.velocity] for shape in shapes])
+def _lugre(path: Path, shapes: Array) -> Iterator[Sequence[Array]]:
+    for shape in shapes:
+        yield _bent(path, shape), path.velocity
 
 
-def _loaded(path: Path, shapes: Array) -> Array:
+def _loaded(path: Path, shapes: Array) -> Iterator[Sequence[Array]]:
     assert path.normal is not None
-    sets = []
     for shape in shapes:
         w, (_, c, v_s, _) = _bent(path, shape), shape
         level = c + (1.0 - c) * stribeck_fade(path.velocity, v_s)
-        sets.append([w, path.normal * w / level, path.velocity])
-    return np.stack(sets)
+        yield w, path.normal * w / level, path.velocity
 
 
 class _Force(NamedTuple):
@@ -182,8 +183,7 @@ def _elements(
         pack(_Force(resistance.force), force[k])
 
 
-def _gms(path: Path, shapes: Array) -> Array:
-    sets = []
+def _gms(path: Path, shapes: Array) -> Iterator[Sequence[Array]]:
     for first in range(0, len(shapes), WIDTH):
         some = shapes[first : first + WIDTH]
         x_0, c, v_s, rate = np.concatenate([some, np.repeat(some[-1:], WIDTH - len(some), 0)]).T
@@ -193,8 +193,8 @@ def _gms(path: Path, shapes: Array) -> Array:
         _elements(par, path.position, path.lost, path.period, within)
         at = within[:, 0, : len(some)].T
         at[:, 1:] = 0.5 * (at[:, 1:] + at[:, :-1])  # at the samples
-        sets += [[force, path.velocity] for force in at]
-    return np.array(sets)
+        for force in at:
+            yield force, path.velocity
 
 
 # -- parameters -----------------------------------------------------------------------------------

@@ -118,8 +118,11 @@ class Windows:
             velocity=filtered_twice(noisy, motion.inner, 1),
         )
         shapes, count = np.exp(fitted.shape)[None], len(fitted.candidate.linear)
-        changed = fitted.candidate.forces(path, shapes) - fitted.candidate.forces(self.path, shapes)
-        force = motion.of(fitted.linear[:count] @ changed[0], 0)[self.used]
+        (noisy_forces,), (forces,) = (
+            fitted.candidate.forces(each, shapes) for each in (path, self.path)
+        )
+        changed = np.subtract(noisy_forces, forces)
+        force = motion.of(fitted.linear[:count] @ changed, 0)[self.used]
         made = uniform_filter1d(force**2, _NEIGHBOURS, mode="nearest")
         rest = (fitted.rest / self.weight) ** 2
         left = float(np.mean(rest[made <= np.median(made)]))

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
@@ -246,8 +246,10 @@ class _Force(NamedTuple):
 Follower = Callable[[Array, Array, float, int, Array], None]
 
 
-def _forces(follow: Follower, lane: Callable[[Array], Any], path: Path, shapes: Array) -> Array:
-    """Return the force of sets of parameters at the samples, (sets, 1, n)."""
+def _forces(
+    follow: Follower, lane: Callable[[Array], Any], path: Path, shapes: Array
+) -> Iterator[Sequence[Array]]:
+    """Yield the force of each set of parameters at the samples."""
     n = len(path.position)
     seen = np.zeros((n, 3))
     seen[:, 0] = path.position
@@ -255,7 +257,6 @@ def _forces(follow: Follower, lane: Callable[[Array], Any], path: Path, shapes: 
         seen[:, 1] = np.nan_to_num(path.normal)
     seen[:, 2] = path.lost
     steps = min(math.ceil(path.period / PLANT_STEP - 1e-6), _SUBSTEPS)
-    sets = []
     for first in range(0, len(shapes), WIDTH):
         some = shapes[first : first + WIDTH]
         par = np.array([lane(shape) for shape in some], dtype=np.float64)
@@ -264,8 +265,8 @@ def _forces(follow: Follower, lane: Callable[[Array], Any], path: Path, shapes: 
         follow(par, seen, path.period, steps, within)
         at = within[:, 0, : len(some)].T
         at[:, 1:] = 0.5 * (at[:, 1:] + at[:, :-1])  # at the samples
-        sets += [[force] for force in at]
-    return np.array(sets)
+        for force in at:
+            yield (force,)
 
 
 def _follower(effect: Effect) -> Follower:

@@ -52,7 +52,7 @@ describe('the request', () => {
     expect(form.request).not.toHaveProperty('run');
     form.readBy('run');
     const body = form.request;
-    expect(body).toMatchObject({ run: entered.run, record: { force: 'Kraft', mass: 5 } });
+    expect(body).toMatchObject({ run: entered.run, record: { force_column: 'Kraft', mass: 5 } });
     form.readBy('experiment');
     form.restore({ ...body });
     expect([form.byRun, form.text('run'), form.number('record.mass')]).toEqual([
