@@ -326,7 +326,7 @@ def test_what_cannot_be_identified_from_is_refused(tmp_path: Path) -> None:
         ({}, "y", "record.position_column", "none of M.y.position_measured"),
         ({"force_column": "Druck"}, "x", "record.force_column", "is no column of the run"),
         ({"force_column": "Druck_bar"}, "x", "record.force_column", "has a unit other than N"),
-        ({"position_column": "M.x.current_a"}, "x", "record.position_column", "a unit other than m"),
+        ({"position_column": "M.x.current_a"}, "x", "record.position_column", "unit other than m"),
         ({"bandwidth": 200.0}, "x", "record.bandwidth", "too large for a rate of 2000 Hz"),
         ({"variant": "B"}, "x", "record.variant", "is no variant of the run"),
         ({"start": 100.0}, "x", "record.start", "lies after the end"),
