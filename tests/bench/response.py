@@ -16,6 +16,7 @@ from tests.bench.table import Row
 _AXES = [("circle-resonant", "x"), ("circle-resonant", "y")]
 _MOTORS = [(f"circle{kind}", axis) for kind in ("", "-matched", "-resonant") for axis in "xy"]
 _SEEDS, _LONG = 8, 1500.0  # measurements of a minute; s of the one that they are held against
+_SIGNALS = ({"signal": "noise"}, {"signal": "chirp"}, {"signal": "stepped-sine", "lines": 10})
 _COHERENT = 0.9
 _DECIBELS, _DEGREES = 0.5, 3.0
 _HELD = 0.93, 0.97
@@ -32,7 +33,25 @@ def response() -> Iterator[Row]:
         took = (time.perf_counter() - begun) / _SEEDS
         yield from _errors(f"{scenario}, {axis}", minutes, took)
         yield _coverage(scenario, axis, minutes)
+    for fields in _SIGNALS:
+        for scenario, axis in _AXES:
+            yield _other(scenario, axis, fields)
     yield _margins()
+
+
+def _other(scenario: str, axis: str, fields: dict[str, Any]) -> Row:
+    """Return how far a minute with another signal, or 2.5 of stepped sines, is off."""
+    seconds = 150.0 if "lines" in fields else 60.0
+    result = _measured(scenario, axis, seconds=seconds, **fields)
+    ratio = (_complex(result.plant) / _complex(result.linearised_plant))[_coherent(result)]
+    decibels = np.quantile(20.0 * np.abs(np.log10(np.abs(ratio))), 0.95)
+    degrees = np.quantile(np.degrees(np.abs(np.angle(ratio))), 0.95)
+    return Row(
+        f"{scenario}, {axis}, {fields['signal']}: 95 % of the lines",
+        "",
+        f"{decibels:.2f} dB, {degrees:.1f} deg",
+        f"{len(ratio)} of {len(result.frequency)} lines",
+    )
 
 
 def _measured(scenario: str, axis: str, **fields: Any) -> MeasuredResponse:

@@ -13,6 +13,7 @@ from pydantic import ValidationError
 
 from motionlab.cli.main import main
 from motionlab.config.load import load_scenario
+from motionlab.config.multisine import Multisine, Signal
 from motionlab.errors import ConfigError
 from motionlab.library.library import library
 from motionlab.simulation.prepare import prepare
@@ -21,8 +22,8 @@ from motionlab.studies.response import recorded
 from motionlab.studies.response.documents import MeasuredResponse, ResponseRequest
 from motionlab.studies.response.estimate import Slides, estimate
 from motionlab.studies.response.margins import intervals, measured_margins
-from motionlab.studies.response.measure import measure, plan
-from motionlab.trajectories.multisine import Lines
+from motionlab.studies.response.measure import ResponsePlan, measure, plan
+from motionlab.trajectories.multisine import Lines, excitation
 
 SHORT = {"seconds": 30.0, "lines": 40}
 
@@ -47,6 +48,49 @@ def test_amplitudes_of_a_motion_are_those_that_made_it() -> None:
     np.testing.assert_allclose(lines.amplitudes(np.tile(value, 3)), np.tile(sizes, (3, 1)))
     w = 2.0 * np.pi * lines.frequency
     np.testing.assert_allclose(lines.amplitudes(rate)[0], 1j * w * sizes, rtol=1e-9)
+
+
+@pytest.mark.parametrize("signal", ["multisine", "noise", "chirp", "stepped-sine"])
+def test_a_signal_has_the_power_of_its_lines(signal: Signal) -> None:
+    """Over slides; a chirp has the smallest peaks, a stepped sine one line in each slide."""
+    lines = Lines.of(signal, 2.0, 400.0, 20, 1000)
+    size, rng = lines.share / lines.cycles**2, np.random.default_rng(0)
+    slides = [excitation(signal, lines, size, n, rng) for n in range(6 * len(lines.cycles))]
+    power = np.mean([np.abs(each) ** 2 for each in slides], axis=0)
+    np.testing.assert_allclose(power, size**2, rtol=0.3)
+    accelerations = lines.motion(slides[-1])[2]
+    crest = np.abs(accelerations).max() / accelerations.std()
+    least, most = {"chirp": (1.4, 2.5), "stepped-sine": (1.3, 1.5)}.get(signal, (2.5, 5.0))
+    assert least < crest < most
+    assert (np.count_nonzero(slides[0]) == 1) == (signal == "stepped-sine")
+
+
+@pytest.mark.parametrize("turn", [7.2e-3, 20e-6])
+def test_a_turn_is_whole_in_all_periods_and_in_no_fewer(turn: float) -> None:
+    planned = plan(ResponseRequest(scenario="circle", axis="y"))
+    assert isinstance(planned, ResponsePlan)
+    turns = planned.velocity / planned.lines.frequency[0] / turn * np.arange(1, planned.periods + 1)
+    off = np.abs(turns - np.round(turns))
+    assert off[-1] < 0.02
+    assert off[:-1].min() > 0.15
+
+
+@pytest.mark.parametrize("signal", ["noise", "chirp", "stepped-sine"])
+def test_other_signals_measure_the_same(signal: str) -> None:
+    of_stepped = {"lines": 8, "seconds": 120.0} if signal == "stepped-sine" else {"seconds": 60.0}
+    made = found(scenario="circle", axis="x", signal=signal, **of_stepped)
+    ratio = complex_of(made.plant) / complex_of(made.linearised_plant)
+    sure = np.array(made.plant.coherence) > 0.9
+    assert sure.mean() > 0.75
+    assert np.quantile(np.abs(20.0 * np.log10(np.abs(ratio[sure]))), 0.9) < 0.5
+    assert np.quantile(np.degrees(np.abs(np.angle(ratio[sure]))), 0.9) < 3.0
+
+
+def test_a_stepped_sine_takes_two_slides_for_each_line() -> None:
+    with pytest.raises(ConfigError, match=r"seconds: is too short: 68 slides of .* are needed"):
+        plan(ResponseRequest.model_validate(SHORT | {"signal": "stepped-sine"}))
+    with pytest.raises(ValidationError, match="slides must be at least 120, two for each of 60"):
+        Multisine(signal="stepped-sine")
 
 
 def test_an_interval_holds_the_response_as_often_as_it_says() -> None:

@@ -1,4 +1,4 @@
-"""A motion that tells a frequency response: slides to and fro under a multisine."""
+"""A motion that tells a frequency response: slides to and fro under a sum of sines."""
 
 from __future__ import annotations
 
@@ -13,6 +13,11 @@ from motionlab.timing import CONTROL_PERIOD
 
 NYQUIST = 0.5 / CONTROL_PERIOD
 LINES_MAX = 1000
+Signal = Literal["multisine", "noise", "chirp", "stepped-sine"]
+SIGNAL = (
+    "What is added to the slides, periodic: sines with random phases; noise, and a chirp that "
+    "rises from low to high, of all whole cycles of a period; or one sine after the other"
+)
 
 
 class Multisine(Config):
@@ -24,6 +29,7 @@ class Multisine(Config):
     """
 
     kind: Literal["multisine"] = "multisine"
+    signal: Signal = quantity(SIGNAL, unit="", source=OURS, default="multisine")
     axis: Literal["x", "y"] = quantity(
         "Axis that slides and is shaken", unit="", source=OURS, default="x"
     )
@@ -73,7 +79,8 @@ class Multisine(Config):
         "Highest frequency", unit="Hz", source=OURS, default=700.0, ge=10, le=0.95 * NYQUIST
     )
     lines: int = quantity(
-        "Frequencies, evenly over their logarithm",
+        "Frequencies, evenly over their logarithm; noise and a chirp have all there are, and a "
+        "response at so many of them",
         unit="1",
         source=OURS,
         default=60,
@@ -108,5 +115,10 @@ class Multisine(Config):
             raise ValueError(
                 "for_ever needs an even number of slides, or it does not end where it begins; "
                 f"got {self.slides}"
+            )
+        if self.signal == "stepped-sine" and self.slides < 2 * self.lines:
+            raise ValueError(
+                f"slides must be at least {2 * self.lines}, two for each of {self.lines} lines of "
+                f"a stepped sine; got {self.slides}"
             )
         return self

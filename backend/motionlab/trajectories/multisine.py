@@ -1,4 +1,4 @@
-"""Periodic multisines: sums of sines with random phases that fill a period with whole cycles.
+"""Periodic signals of several kinds: sums of sines that fill a period with whole cycles.
 
 As a motion they are slides to and fro: eased from rest to a constant velocity and back, with the
 multisine faded in and out where that is eased, and rests between. When which period of which slide
@@ -7,7 +7,6 @@ is measured follows from the motion's config alone, so that a record of it needs
 
 from __future__ import annotations
 
-import functools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -16,13 +15,16 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.config.multisine import Multisine
+from motionlab.config.multisine import Multisine, Signal
 from motionlab.timing import CONTROL_PERIOD, to_ticks
 from motionlab.trajectories.motion import Piece, refuse_too_long
 from motionlab.trajectories.motion_profile import smooth_start
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+
+
+AROUND = 0.015  # share of a frequency, on either side, over which a response is smooth
 
 
 @dataclass(frozen=True)
@@ -35,10 +37,13 @@ class Lines:
         Control periods of one period of the multisine.
     cycles : ndarray of int, shape (lines,)
         Whole cycles of each in a period.
+    every : bool
+        Whether they are all of whole cycles, not spread over the logarithm of frequency.
     """
 
     ticks: int
     cycles: NDArray[np.int64]
+    every: bool = False
 
     @classmethod
     def between(cls, low: float, high: float, count: int, ticks: int) -> Lines:
@@ -51,13 +56,38 @@ class Lines:
         return cls(ticks, np.unique(cycles))
 
     @property
+    def share(self) -> Array:
+        """Return the size of each line, even over octaves; the sum of their squares is 1."""
+        size = np.sqrt(1.0 / self.cycles) if self.every else np.ones(len(self.cycles))
+        return np.asarray(size / np.linalg.norm(size), dtype=np.float64)
+
+    @property
     def frequency(self) -> Array:
         """Of each line, Hz."""
         return self.cycles / (self.ticks * CONTROL_PERIOD)
 
-    @functools.cached_property
-    def _turns(self) -> Complex:
-        return np.exp(2j * np.pi * np.outer(np.arange(self.ticks), self.cycles) / self.ticks)
+    @classmethod
+    def of(cls, signal: Signal, low: float, high: float, count: int, ticks: int) -> Lines:
+        """Return the lines of a signal: of noise and of a chirp all of whole cycles."""
+        if signal in {"multisine", "stepped-sine"}:
+            return cls.between(low, high, count, ticks)
+        seconds = ticks * CONTROL_PERIOD
+        return cls(ticks, np.arange(round(low * seconds), round(high * seconds) + 1), every=True)
+
+    def reported(self, count: int) -> list[tuple[int, int]]:
+        """Return which lines a response has, and how many on either side of each tell it, too.
+
+        Every line tells its own; of `every` frequency `count` at most, spread evenly over their
+        logarithm, with those around.
+        """
+        last = len(self.cycles) - 1
+        if not self.every:
+            return [(k, 0) for k in range(last + 1)]
+        ends = self.cycles[0], self.cycles[-1]
+        chosen = np.unique(np.round(np.geomspace(*ends, count)).astype(np.int64)) - ends[0]
+        halves = np.maximum(2, np.round(AROUND * self.cycles[chosen])).astype(np.int64)
+        halves = np.minimum(halves, np.minimum(chosen, last - chosen))
+        return list(zip(chosen.tolist(), halves.tolist(), strict=True))
 
     def motion(self, amplitudes: Complex) -> tuple[Array, Array, Array]:
         """Return a period of the sum of sines, and of its first and second derivative in time.
@@ -67,8 +97,10 @@ class Lines:
         amplitudes : ndarray of complex, shape (lines,)
             Of each sine, with the phase as argument.
         """
-        turns, rate = self._turns, 2j * np.pi * self.frequency
-        value, first, second = ((turns @ (amplitudes * rate**n)).real for n in range(3))
+        rate = 2j * np.pi * self.frequency
+        spectra = np.zeros((3, self.ticks // 2 + 1), dtype=np.complex128)
+        spectra[:, self.cycles] = [0.5 * self.ticks * amplitudes * rate**n for n in range(3)]
+        value, first, second = np.fft.irfft(spectra, self.ticks)
         return value, first, second
 
     def amplitudes(self, signal: Array) -> Complex:
@@ -79,8 +111,43 @@ class Lines:
         signal : ndarray, shape (periods * ticks,)
             Tick by tick.
         """
-        sums = signal.reshape(-1, self.ticks) @ np.conj(self._turns)
-        return np.asarray(sums * (2.0 / self.ticks), dtype=np.complex128)
+        spectra = np.fft.rfft(signal.reshape(-1, self.ticks))[:, self.cycles]
+        return np.asarray(spectra * (2.0 / self.ticks), dtype=np.complex128)
+
+
+def excitation(
+    signal: Signal, lines: Lines, size: Array, number: int, rng: np.random.Generator
+) -> Complex:
+    """Return the amplitudes of the lines in one slide.
+
+    Parameters
+    ----------
+    signal : str
+        ``multisine``: phases are random. ``noise``: sizes, too, as normal noise has them.
+        ``chirp``: the phases of Schroeder (IEEE Trans. Information Theory 16, 1970) for a constant
+        acceleration, through all frequencies in a period, from a random instant on.
+        ``stepped-sine``: one line with the power of all, the next one in every second slide.
+    lines : Lines
+        Frequencies.
+    size : ndarray, shape (lines,)
+        Of each line, RMS over slides times the root of 2.
+    number : int
+        Of the slide.
+    rng : Generator
+        Of the phases.
+    """
+    count = len(size)
+    phases = np.exp(2j * np.pi * rng.random(count))
+    if signal == "noise":
+        phases *= np.sqrt(rng.exponential(size=count))
+    elif signal == "chirp":
+        power = (size * lines.cycles**2) ** 2
+        power /= power.sum()
+        before = np.cumsum(np.cumsum(power)) - np.cumsum(power)
+        phases = np.exp(-2j * np.pi * before + 1j * np.angle(phases[0]) * lines.cycles)
+    elif signal == "stepped-sine":
+        phases *= np.where(np.arange(count) == number // 2 % count, np.sqrt(count), 0.0)
+    return np.asarray(size * phases, dtype=np.complex128)
 
 
 SETTLING = to_ticks(0.5)
@@ -114,7 +181,7 @@ class Slide:
 def lines_of(config: Multisine) -> Lines:
     """Return the frequencies of a motion."""
     ticks = to_ticks(1.0 / config.low)
-    return Lines.between(config.low, config.high, config.lines, ticks)
+    return Lines.of(config.signal, config.low, config.high, config.lines, ticks)
 
 
 def slide_seconds(config: Multisine) -> float:
@@ -125,16 +192,15 @@ def slide_seconds(config: Multisine) -> float:
 def slides(config: Multisine) -> Iterator[Slide]:
     """Yield the slides of a motion in their order."""
     lines, rng = lines_of(config), np.random.default_rng(config.seed)
-    f, count = lines.frequency, len(lines.cycles)
+    f = lines.frequency
     w = 2.0 * np.pi * f
-    share = math.sqrt(2.0 / count)
+    share = math.sqrt(2.0) * lines.share
     size = share * config.acceleration * np.sqrt(1.0 + (f / config.corner) ** 2) / w**2
     size = np.minimum(size, share * _MODULATION * config.velocity / w)
     measured = config.periods * lines.ticks
     for number in range(config.slides):
         start = number * _ticks(config, lines) + EASE + SETTLING
-        phases = np.exp(2j * np.pi * rng.random(count))
-        amplitudes = np.asarray(size * phases, dtype=np.complex128)
+        amplitudes = excitation(config.signal, lines, size, number, rng)
         yield Slide(start, start + measured, number % 2 == 0, amplitudes)
 
 

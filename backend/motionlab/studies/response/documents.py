@@ -6,6 +6,7 @@ from typing import Annotated, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from motionlab.config.multisine import SIGNAL, Signal
 from motionlab.config.plant import OURS
 from motionlab.config.quantity import quantity, si
 from motionlab.library.run import ID as RUN_ID
@@ -31,19 +32,23 @@ class ResponseRequest(PartOptions, AxisRequest):
         ge=1,
         le=3600,
     )
+    signal: Signal = Field(default="multisine", description=SIGNAL)
     velocity: float = quantity(
-        "Velocity of the slides; rounded to whole pole pitches in a period",
+        "Velocity of the slides; rounded to whole pole pitches in a slide, no whole ones in a "
+        "period",
         unit="m/s",
         source=f"{OURS}: at rest the bristles answer, not the machine",
         default=0.04,
         gt=0,
         le=0.2,
     )
-    force: float = quantity(
-        "Force of the multisine, RMS",
+    force: float | None = quantity(
+        "Force of the signal, RMS; left out: nine tenths of the friction that the slide overcomes, "
+        "so that the command seldom changes its sign",
         unit="N",
-        source=f"{OURS}: less than friction, which the slide overcomes",
-        default=2.0,
+        source=OURS,
+        default=None,
+        example=1.0,
         gt=0,
         le=100,
     )
@@ -59,7 +64,10 @@ class ResponseRequest(PartOptions, AxisRequest):
         "Highest frequency", unit="Hz", source=OURS, default=700.0, ge=10, le=0.95 * NYQUIST
     )
     lines: int = Field(
-        default=60, ge=8, le=1000, description="Frequencies, evenly over their logarithm"
+        default=60,
+        ge=8,
+        le=1000,
+        description="Frequencies, evenly over their logarithm",
     )
     seed: int = Field(default=0, ge=0, description="Of the phases")
     run: Annotated[str, Field(pattern=RUN_ID)] | None = Field(
@@ -102,7 +110,9 @@ class MeasuredPlant(LoopCurve):
     interval: list[float] = si(
         "Half of the 95 % interval of the magnitude, as a share; of the phase, in rad", "1"
     )
-    noise: list[float] = si("Standard deviation by noise, which periods show", "1")
+    noise: list[float] = si(
+        "Standard deviation by noise, which a slide without the signal shows, or else periods", "1"
+    )
     distortion: list[float] = si(
         "Standard deviation by what is not linear, which only slides of other phases show", "1"
     )

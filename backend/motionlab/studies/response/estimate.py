@@ -5,10 +5,13 @@ method divides ``Y = G_y R`` by ``U = G_u R``, so that feedback leaves no bias. 
 differ by noise alone; slides, whose phases are drawn anew, by what is not linear as well (the
 robust method of Pintelon and Schoukens, System Identification, 2nd ed., chapter 4). What slides in
 one direction have in common besides R, such as ripple over the pole pitch, is fitted as a constant.
+Where ripple changes from period to period, and periods do not show noise alone, a slide without an
+excitation tells the noise.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,23 +25,48 @@ CONFIDENCE = 0.95
 
 
 @dataclass(frozen=True)
+class Quiet:
+    """What a slide without excitation shows about each line.
+
+    Attributes
+    ----------
+    command, position : ndarray of complex, shape (bins, lines)
+        Amplitudes at the frequencies of the whole slide next to the line, N and m.
+    """
+
+    command: Complex
+    position: Complex
+
+    @classmethod
+    def about(cls, bins: NDArray[np.int64], command: Array, position: Array) -> Quiet:
+        """Return it of the columns of a slide: `bins` are the lines' cycles in all of it."""
+        near = int(bins.min())  # not the mean, with the place of the slide
+        here = bins + np.arange(1 - near, near)[:, None]
+        U, Y = (np.fft.rfft(each) * (2.0 / len(each)) for each in (command, position))
+        return cls(U[here], Y[here])
+
+
+@dataclass(frozen=True)
 class Slides:
     """What was measured at each line of each slide.
 
     Attributes
     ----------
     excitation : ndarray of complex, shape (slides, lines)
-        R, of equal size in all slides.
+        R.
     command, position : ndarray of complex, shape (slides, periods, lines)
         U, N, and Y, m.
     forward : ndarray of bool, shape (slides,)
         Direction of each slide.
+    quiet : Quiet, optional
+        Noise; without it that of the periods.
     """
 
     excitation: Complex
     command: Complex
     position: Complex
     forward: NDArray[np.bool_]
+    quiet: Quiet | None = None
 
 
 @dataclass(frozen=True)
@@ -52,7 +80,7 @@ class Estimate:
     deviation : ndarray
         Standard deviation of the response, as a complex number, from the slides.
     noise : ndarray
-        That part of it which periods of one slide show: noise, without distortion.
+        That part of it which is there without distortion.
     coherence : ndarray
         Share of the position's power, among slides and periods, that the response explains.
     freedom : int
@@ -72,41 +100,56 @@ class Estimate:
         return factor * self.deviation / np.sqrt(2.0)
 
 
-def estimate(slides: Slides) -> Estimate:
+def estimate(slides: Slides, around: Sequence[tuple[int, int]] | None = None) -> Estimate:
     """Return the response from command to position.
 
     Parameters
     ----------
     slides : Slides
         At least two more than directions, of at least two periods.
+    around : sequence of (int, int), optional
+        Which lines are estimated, and how many on either side of each tell it, too, over which both
+        responses to the excitation are polynomials of frequency; each line by itself if left out.
     """
-    count, periods, _ = slides.command.shape
     common = np.stack([slides.forward, ~slides.forward], axis=1).astype(np.float64)
     common = common[:, common.any(axis=0)]
-    columns = [_line(slides, common, k) for k in range(slides.excitation.shape[1])]
-    response, deviation, noise, coherence = (np.array(each) for each in zip(*columns, strict=True))
-    free = count - 1 - common.shape[1]
-    return Estimate(response, deviation, noise / np.sqrt(periods), coherence, 2 * free)
+    if around is None:
+        around = [(k, 0) for k in range(slides.excitation.shape[1])]
+    columns = [_line(slides, common, k, half) for k, half in around]
+    response, deviation, noise, coherence, free = map(np.array, zip(*columns, strict=True))
+    return Estimate(response, deviation, noise, coherence, 2 * int(free.min()))
 
 
-def _line(slides: Slides, common: Array, k: int) -> tuple[complex, float, float, float]:
-    """Return response, deviation, noise of a single period as it would be in it, and coherence."""
-    R, U, Y = slides.excitation[:, k], slides.command[:, :, k], slides.position[:, :, k]
-    design = np.concatenate([R[:, None], common], axis=1)
-    size = np.linalg.inv(design.conj().T @ design)[0, 0].real
-    G_u, G_y = (np.linalg.lstsq(design, each.mean(axis=1))[0][0] for each in (U, Y))
-    response = G_y / G_u
-    rest = Y - response * U  # of every period: noise, and what is not linear
-    mean = rest.mean(axis=1)
-    mean = mean - common @ np.linalg.lstsq(common, mean)[0]
-    variance = (np.abs(mean) ** 2).sum() / (len(R) - design.shape[1])
-    of_periods = rest.var(axis=1, ddof=1).mean()
-    scale = size / np.abs(G_u) ** 2
-    explained = np.abs(G_y * R[0]) ** 2
-    coherence = explained / (explained + variance)
+def _line(
+    slides: Slides, common: Array, k: int, half: int
+) -> tuple[complex, float, float, float, int]:
+    """Return response, deviation, noise as it is in it, coherence, and degrees of freedom."""
+    here = slice(k - half, k + half + 1)
+    means = slides.command[:, :, here].mean(axis=1), slides.position[:, :, here].mean(axis=1)
+    apart = np.stack([slides.excitation[:, here], *means])
+    apart -= common @ (np.linalg.pinv(common) @ apart)
+    powers = (np.arange(-half, half + 1) / max(half, 1))[:, None] ** np.arange(min(half, 2) + 1)
+    R, U, Y = (each.ravel() for each in apart)
+    design = (apart[0][..., None] * powers).reshape(len(R), -1)
+    inverse = np.linalg.pinv(design)
+    size = float((np.abs(inverse[0]) ** 2).sum())
+    of_u, of_y = inverse @ U, inverse @ Y
+    response = of_y[0] / of_u[0]
+    rest = (Y - design @ of_y) - response * (U - design @ of_u)  # noise, and what is not linear
+    free = len(R) - design.shape[1] - (2 * half + 1) * common.shape[1]
+    variance = float((np.abs(rest) ** 2).sum()) / free
+    if slides.quiet is None:
+        of_periods = slides.position[:, :, k] - response * slides.command[:, :, k]
+        of_noise = of_periods.var(axis=1, ddof=1).mean() / of_periods.shape[1]
+    else:
+        silent = slides.quiet.position[:, k] - response * slides.quiet.command[:, k]
+        of_noise = np.median(np.abs(silent) ** 2) / np.log(2.0)  # single bins have ripple
+    scale = size / np.abs(of_u[0]) ** 2
+    explained = np.abs(of_y[0]) ** 2 * np.mean(np.abs(slides.excitation[:, k]) ** 2)
     return (
-        response,
+        complex(response),
         float(np.sqrt(variance * scale)),
-        float(np.sqrt(of_periods * scale)),
-        float(coherence),
+        float(np.sqrt(of_noise * scale)),
+        float(explained / (explained + variance)),
+        free,
     )

@@ -1,9 +1,11 @@
 """The frequency response of a simulated motor, measured while it slides.
 
-At rest a measurement sees the bristles, not the machine, and the thrust of a command depends on the
-place in the pole pitch: so the axis slides to and fro at a constant velocity, over whole pitches in
-a period. The multisine is added to the reference, as it can be on any machine; what the controller
-makes of it excites the motor, and the response is that from force command to measured position.
+At rest a measurement sees the bristles, not the machine: so the axis slides to and fro, at a
+constant velocity. The thrust of a command depends on the place in the pole pitch, which makes sidebands of
+every line, and the encoder errs over the period of its scale: in the periods of a slide both have
+whole turns, but not in each period, so that they cancel in the mean. The multisine is added to the
+reference, as it can be on any machine; what the controller makes of it excites the motor, and the
+response is that from force command to measured position.
 """
 
 from __future__ import annotations
@@ -14,12 +16,15 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import median_filter
 
 from motionlab.config.load import load_scenario
+from motionlab.config.multisine import Signal
 from motionlab.config.scenario import Scenario
 from motionlab.errors import ConfigError, FieldError
 from motionlab.kernel.force_maps import pole_pitch
-from motionlab.loop.linearise import Loop, linearise
+from motionlab.loop.lane_plant import sliding_force
+from motionlab.loop.linearise import Loop, linearise, parameters
 from motionlab.simulation.run import run
 from motionlab.studies.loop.frequency_sweep import (
     EASE,
@@ -36,7 +41,7 @@ from motionlab.studies.response.documents import (
     MeasuredResponse,
     ResponseRequest,
 )
-from motionlab.studies.response.estimate import Estimate, Slides, estimate
+from motionlab.studies.response.estimate import Estimate, Quiet, Slides, estimate
 from motionlab.studies.response.fitted import fitted_plant
 from motionlab.studies.response.margins import NAMES, intervals, measured_margins
 from motionlab.studies.response.recorded import (
@@ -47,7 +52,7 @@ from motionlab.studies.response.recorded import (
 )
 from motionlab.studies.study import Source
 from motionlab.timing import CONTROL_PERIOD
-from motionlab.trajectories.multisine import Lines
+from motionlab.trajectories.multisine import Lines, excitation
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -55,14 +60,18 @@ Progress = Callable[[float, MeasuredResponse | None], None]
 _Part = tuple[Complex, Complex, Complex, bool]
 """Excitation, command and position at the lines of a slide, and whether it went forward."""
 
-PERIODS = (2, 8)
-"""Least and most periods of a slide."""
+PERIODS = (2, 5)
+"""Least and most periods of a slide: sidebands up to the fourth cancel over five."""
 SLIDES_MIN = 5
 """Two more than directions, and one to tell how they scatter."""
 _STROKE = 0.95  # share of the stroke that slides use
 _MODULATION = 0.1  # rms of the velocity's change at one line, over that of the slide, for all lines
 _PILOT = 0.2  # of the force, of the slide by which the reference is sized
 _LEAST = 0.02  # share of the force that a line has at least in that slide
+_NEIGHBOURS = 15
+_CORNER = 250.0  # Hz, above which the force grows, since noise hides what answers it
+_GROWTH = 1.5  # its power of frequency there
+_FORCE = 0.9, 0.5  # of the sliding friction, and N at least
 _SIGNIFICANT = 6
 _LIMITED = ("force_saturated", "current_saturated")
 
@@ -84,7 +93,10 @@ class ResponsePlan:
     lines : Lines
         Frequencies.
     velocity : float
-        Of the slides, m/s: whole pole pitches in a period.
+        Of the slides, m/s: whole pole pitches and periods of the encoder in a slide, no whole ones
+        in a period.
+    force : float
+        RMS, N.
     periods, slides : int
         Periods that are measured in a slide, and slides.
     """
@@ -95,6 +107,7 @@ class ResponsePlan:
     loop: Loop
     lines: Lines
     velocity: float
+    force: float
     periods: int
     slides: int
 
@@ -120,8 +133,7 @@ def plan(request: ResponseRequest, source: Source | None = None) -> ResponsePlan
     variant = request.chosen(scenario)
     plant = getattr(scenario.plant, request.axis)
     ticks = round(1.0 / (request.low * CONTROL_PERIOD))
-    period, pitch = ticks * CONTROL_PERIOD, pole_pitch(plant.force_map)
-    velocity = max(1, round(request.velocity * period / pitch)) * pitch / period
+    period, velocity = ticks * CONTROL_PERIOD, request.velocity
     around = SETTLING * CONTROL_PERIOD + EASE
     fit = int((2.0 * _STROKE * plant.stroke / velocity - around) / period)
     if fit < PERIODS[0]:
@@ -137,16 +149,30 @@ def plan(request: ResponseRequest, source: Source | None = None) -> ResponsePlan
             )
         )
     periods = min(fit, PERIODS[1])
+    for turn in (pole_pitch(plant.force_map), plant.encoder.sde_period):
+        velocity = _turned(velocity * period, turn, periods) / period
     slide = around + periods * period
+    lines = Lines.of(request.signal, request.low, request.high, request.lines, ticks)
     slides = int(request.seconds / slide)
-    if slides < SLIDES_MIN:
-        message = f"is too short: {SLIDES_MIN} slides of {slide:.3g} s are needed"
+    least = 2 * len(lines.cycles) if request.signal == "stepped-sine" else SLIDES_MIN
+    if slides < least:
+        message = f"is too short: {least} slides of {slide:.3g} s are needed"
         raise ConfigError(
-            FieldError("seconds", message, request.seconds, f">= {SLIDES_MIN * slide:.3g}", "s")
+            FieldError("seconds", message, request.seconds, f">= {least * slide:.3g}", "s")
         )
     loop = linearise(scenario, variant, request.axis, v=velocity)
-    lines = Lines.between(request.low, request.high, request.lines, ticks)
-    return ResponsePlan(request, scenario, variant, loop, lines, velocity, periods, slides)
+    force, (share, at_least) = request.force, _FORCE
+    if force is None:
+        friction = parameters(scenario, variant, request.axis).friction
+        force = max(at_least, share * sliding_force(friction, velocity))
+    return ResponsePlan(request, scenario, variant, loop, lines, velocity, force, periods, slides)
+
+
+def _turned(distance: float, turn: float, periods: int) -> float:
+    """Return a distance of a period with whole turns in `periods`, in no fewer."""
+    whole = round(distance * periods / turn)
+    nearest = (whole + sign * step for step in range(periods + 1) for sign in (1, -1))
+    return next(n for n in nearest if n > 0 and math.gcd(n, periods) == 1) * turn / periods
 
 
 def measure(
@@ -172,60 +198,72 @@ def measure(
         linearised = response(alike, planned.scenario, v=measured.velocity)
         return _document(planned, measured, linearised, whole=True)
     linearised = response(planned.request, planned.scenario, v=planned.velocity)
+    quiet, slides = _slides(planned)
     parts: list[_Part] = []
-    for part in _slides(planned):
+    for part in slides:
         parts.append(part)
         if progress is not None:
-            partial = _result(planned, parts, linearised) if len(parts) >= SLIDES_MIN else None
+            enough = len(parts) >= SLIDES_MIN
+            partial = _result(planned, quiet, parts, linearised) if enough else None
             progress(len(parts) / planned.slides, partial)
-    return _result(planned, parts, linearised)
+    return _result(planned, quiet, parts, linearised)
 
 
 def _forces(planned: ResponsePlan) -> Array:
     """Return the size of each line of the force, N.
 
-    It is spread evenly over the lines, except where that would change the velocity of the slide
-    too much: friction is to be seen about one velocity.
+    It is even up to the corner, and grows from there, but for low frequencies, where that would
+    change the velocity of the slide too much: friction is to be seen about one velocity.
     """
-    f, count = planned.lines.frequency, len(planned.lines.cycles)
-    force = np.full(count, planned.request.force * math.sqrt(2.0 / count))
-    most = _MODULATION * planned.velocity * math.sqrt(2.0 / count)
+    f, share = planned.lines.frequency, math.sqrt(2.0) * planned.lines.share
+    shape = np.maximum(1.0, f / _CORNER) ** _GROWTH
+    force = planned.force * share * shape / np.linalg.norm(planned.lines.share * shape)
+    most = _MODULATION * planned.velocity * share
     return np.minimum(force, most / np.abs(2.0 * np.pi * f * planned.loop.plant.response(f)))
 
 
-def _slides(planned: ResponsePlan) -> Iterator[_Part]:
-    """Yield excitation, commands and positions at the lines of each slide, and its direction.
+def _slides(planned: ResponsePlan) -> tuple[Quiet, Iterator[_Part]]:
+    """Return what a slide without a multisine shows, and the slides with one.
 
-    What a controller makes of a reference depends on its law: a slide with a part of the force,
-    which is not counted, tells how large each line of the reference has to be.
+    What a controller makes of a reference depends on its law: a slide with a part of the force
+    tells how large each line of the reference has to be. Neither of these two is counted.
     """
     f, forces = planned.lines.frequency, _forces(planned)
     rng = np.random.default_rng(planned.request.seed)
 
-    def slid(size: Array, *, forward: bool) -> _Part:
-        phases = np.exp(2j * np.pi * rng.random(len(size)))
-        excitation = np.asarray(size * phases, dtype=np.complex128)
-        return excitation, *_slide(planned, excitation, forward=forward), forward
+    def slid(reference: Complex, *, forward: bool) -> Array:
+        return _slide(planned, reference, int(rng.integers(2**31)), forward=forward)
 
+    def part(size: Array, number: int, signal: Signal) -> _Part:
+        reference, forward = excitation(signal, planned.lines, size, number, rng), number % 2 == 0
+        command, position = map(planned.lines.amplitudes, slid(reference, forward=forward))
+        return reference, command, position, forward
+
+    silent = slid(np.zeros(len(f), dtype=np.complex128), forward=True)
+    quiet = Quiet.about(planned.lines.cycles * planned.periods, *silent)
     controller, L = planned.loop.controller.response(f), planned.loop.open(f)
     size = _PILOT * forces * np.abs((1.0 + L) / controller)
-    _, command, _, _ = slid(size, forward=False)
-    size *= forces / np.maximum(np.abs(command.mean(axis=0)), _LEAST * forces)
-    for number in range(planned.slides):
-        yield slid(size, forward=number % 2 == 0)
+    _, command, _, _ = part(size, 1, "multisine")
+    became = np.abs(command.mean(axis=0)) / forces
+    if planned.lines.every:  # too many for a line to tell much by itself
+        became = median_filter(became, _NEIGHBOURS, mode="nearest")
+    size /= np.maximum(became, _LEAST)
+    signal = planned.request.signal
+    return quiet, (part(size, number, signal) for number in range(planned.slides))
 
 
-def _slide(planned: ResponsePlan, excitation: Complex, *, forward: bool) -> tuple[Complex, Complex]:
-    """Return force commands, N, and positions, m, at the lines, each (periods, lines)."""
+def _slide(planned: ResponsePlan, reference: Complex, seed: int, *, forward: bool) -> Array:
+    """Return force commands, N, and positions, m, of the measured ticks, less the slide."""
     axis, lines = "xy".index(planned.request.axis), planned.lines
     measured = planned.periods * lines.ticks
     velocity = planned.velocity if forward else -planned.velocity
-    prepared = moving(planned.scenario, planned.variant, planned.request.axis, velocity, measured)
+    scenario = planned.scenario.model_copy(update={"seed": seed})
+    prepared = moving(scenario, planned.variant, planned.request.axis, velocity, measured)
     base = prepared.reference
     phase = (np.arange(base.ticks) - base.ticks) % lines.ticks
     shaken: dict[str, Array] = {}
     for name, period in zip(
-        ("position", "velocity", "acceleration"), lines.motion(excitation), strict=True
+        ("position", "velocity", "acceleration"), lines.motion(reference), strict=True
     ):
         column = getattr(base, name).copy()
         column[:, axis] += period[phase]
@@ -234,30 +272,30 @@ def _slide(planned: ResponsePlan, excitation: Complex, *, forward: bool) -> tupl
     (record,) = recording.variants.values()
     if record.diverged is not None:
         raise ConfigError(
-            FieldError("force", "is too much: the loop diverges", planned.request.force)
+            FieldError("force", "is too much: the loop diverges", planned.force, unit="N")
         )
     here = slice(base.ticks - measured, base.ticks)
     name = planned.request.axis
     if any(record.channel(each, name)[here].any() for each in _LIMITED):
         message = "is too much: command or currents reach their limit"
-        raise ConfigError(FieldError("force", message, planned.request.force, unit="N"))
+        raise ConfigError(FieldError("force", message, planned.force, unit="N"))
     # Not the recorded position: as float32 it is good to 7 nm, the error of a few um to less.
     error = record.channel("following_error", name)[here].astype(np.float64)
     position = shaken["position"][here, axis] - base.position[here, axis] - error
-    command = record.channel("force_command", name)[here].astype(np.float64)
-    return lines.amplitudes(command), lines.amplitudes(position)
+    return np.stack([record.channel("force_command", name)[here].astype(np.float64), position])
 
 
 def _result(
-    planned: ResponsePlan, parts: list[_Part], linearised: ResponseDocument
+    planned: ResponsePlan, quiet: Quiet, parts: list[_Part], linearised: ResponseDocument
 ) -> MeasuredResponse:
     """Return the response after some slides; the intervals of margins after the last."""
-    excitation, command, position, forward = (np.array(each) for each in zip(*parts, strict=True))
+    R, U, Y, forward = (np.array(each) for each in zip(*parts, strict=True))
+    reported = planned.lines.reported(planned.request.lines)
     return _document(
         planned,
         RecordedEstimate(
-            planned.lines.frequency,
-            estimate(Slides(excitation, command, position, forward)),
+            planned.lines.frequency[[k for k, _ in reported]],
+            estimate(Slides(R, U, Y, forward, quiet), reported),
             planned.loop,
             planned.velocity,
             len(parts),

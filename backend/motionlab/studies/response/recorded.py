@@ -269,9 +269,10 @@ def _of_slides(planned: RecordedPlan, columns: Columns) -> RecordedEstimate:
     excitation, U, Y, forward = (np.array(each) for each in zip(*parts, strict=True))
     loop = linearise(planned.scenario, planned.variant, planned.request.axis, v=motion.velocity)
     seconds = planned.part.seconds
+    reported = lines.reported(motion.lines)
     return RecordedEstimate(
-        lines.frequency,
-        estimate(Slides(excitation, U, Y, forward)),
+        lines.frequency[[k for k, _ in reported]],
+        estimate(Slides(excitation, U, Y, forward), reported),
         loop,
         motion.velocity,
         len(parts),

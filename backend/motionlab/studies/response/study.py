@@ -17,7 +17,8 @@ _EXAMPLES = """\
 examples:
   motionlab response circle-resonant --axis y
   motionlab response circle --variant A --velocity 0.02 --seconds 120 --out plant.csv
-  motionlab response circle-matched --force 4 --json
+  motionlab response circle-matched --force 1 --json
+  motionlab response circle --axis y --signal chirp
   motionlab response --run 'rig 7' --axis y --force-column torque
 
 `motionlab docs response` has the method and what it reaches. POST /api/v1/response takes the same.
@@ -29,8 +30,9 @@ _COLUMNS = {kind: f"{kind}_column" for kind in ("position", "force", "excitation
 class ResponseStudy(Study):
     """Measure the frequency response of the plant of one axis, with intervals.
 
-    The axis slides to and fro while a multisine shakes its reference. The job's report carries the
-    response so far, and ends with the margins of the loop and their intervals.
+    The axis slides to and fro while a multisine, or another signal, shakes its reference.
+    The job's report carries the response so far, and ends with the margins of the loop and their
+    intervals.
     """
 
     kind = "response"
@@ -51,7 +53,8 @@ class ResponseStudy(Study):
         name="response",
         help="measure a frequency response, with intervals",
         description="Measure the frequency response of the plant of one axis while it slides, by "
-        "a multisine on its reference: with intervals, coherence, and the margins of the loop.",
+        "a multisine or another signal on its reference: with intervals, coherence, and the "
+        "margins of the loop.",
         examples=_EXAMPLES,
         title="slides",
     )

@@ -1198,8 +1198,9 @@ export interface paths {
          * Measure a frequency response, with intervals
          * @description Measure the frequency response of the plant of one axis, with intervals.
          *
-         *     The axis slides to and fro while a multisine shakes its reference. The job's report carries the
-         *     response so far, and ends with the margins of the loop and their intervals.
+         *     The axis slides to and fro while a multisine, or another signal, shakes its reference.
+         *     The job's report carries the response so far, and ends with the margins of the loop and their
+         *     intervals.
          */
         post: operations["measureResponse"];
         delete?: never;
@@ -10321,7 +10322,7 @@ export interface components {
             interval: number[];
             /**
              * Noise
-             * @description Standard deviation by noise, which periods show
+             * @description Standard deviation by noise, which a slide without the signal shows, or else periods
              */
             noise: number[];
             /**
@@ -11364,6 +11365,13 @@ export interface components {
              */
             kind: "multisine";
             /**
+             * Signal
+             * @description What is added to the slides, periodic: sines with random phases; noise, and a chirp that rises from low to high, of all whole cycles of a period; or one sine after the other
+             * @default multisine
+             * @enum {string}
+             */
+            signal: "multisine" | "noise" | "chirp" | "stepped-sine";
+            /**
              * Axis
              * @description Axis that slides and is shaken
              * @default x
@@ -11411,7 +11419,7 @@ export interface components {
             high: number;
             /**
              * Lines
-             * @description Frequencies, evenly over their logarithm
+             * @description Frequencies, evenly over their logarithm; noise and a chirp have all there are, and a response at so many of them
              * @default 60
              */
             lines: number;
@@ -26265,17 +26273,24 @@ export interface operations {
                      */
                     seconds?: number;
                     /**
+                     * Signal
+                     * @description What is added to the slides, periodic: sines with random phases; noise, and a chirp that rises from low to high, of all whole cycles of a period; or one sine after the other
+                     * @default multisine
+                     * @enum {string}
+                     */
+                    signal?: "multisine" | "noise" | "chirp" | "stepped-sine";
+                    /**
                      * Velocity
-                     * @description Velocity of the slides; rounded to whole pole pitches in a period
+                     * @description Velocity of the slides; rounded to whole pole pitches in a slide, no whole ones in a period
                      * @default 0.04
                      */
                     velocity?: number;
                     /**
                      * Force
-                     * @description Force of the multisine, RMS
-                     * @default 2
+                     * @description Force of the signal, RMS; left out: nine tenths of the friction that the slide overcomes, so that the command seldom changes its sign
+                     * @example 1
                      */
-                    force?: number;
+                    force?: number | null;
                     /**
                      * Low
                      * @description Lowest frequency; its period is that of the multisine
@@ -26516,17 +26531,24 @@ export interface operations {
                      */
                     seconds?: number;
                     /**
+                     * Signal
+                     * @description What is added to the slides, periodic: sines with random phases; noise, and a chirp that rises from low to high, of all whole cycles of a period; or one sine after the other
+                     * @default multisine
+                     * @enum {string}
+                     */
+                    signal?: "multisine" | "noise" | "chirp" | "stepped-sine";
+                    /**
                      * Velocity
-                     * @description Velocity of the slides; rounded to whole pole pitches in a period
+                     * @description Velocity of the slides; rounded to whole pole pitches in a slide, no whole ones in a period
                      * @default 0.04
                      */
                     velocity?: number;
                     /**
                      * Force
-                     * @description Force of the multisine, RMS
-                     * @default 2
+                     * @description Force of the signal, RMS; left out: nine tenths of the friction that the slide overcomes, so that the command seldom changes its sign
+                     * @example 1
                      */
-                    force?: number;
+                    force?: number | null;
                     /**
                      * Low
                      * @description Lowest frequency; its period is that of the multisine
