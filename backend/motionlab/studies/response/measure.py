@@ -1,11 +1,11 @@
 """The frequency response of a simulated motor, measured while it slides.
 
 At rest a measurement sees the bristles, not the machine: so the axis slides to and fro, at a
-constant velocity. The thrust of a command depends on the place in the pole pitch, which makes sidebands of
-every line, and the encoder errs over the period of its scale: in the periods of a slide both have
-whole turns, but not in each period, so that they cancel in the mean. The multisine is added to the
-reference, as it can be on any machine; what the controller makes of it excites the motor, and the
-response is that from force command to measured position.
+constant velocity. The thrust of a command depends on the place in the pole pitch, which makes
+sidebands of every line, and the encoder errs over the period of its scale: in the periods of a
+slide both have whole turns, but not in each period, so that they cancel in the mean. The multisine
+is added to the reference, as it can be on any machine; what the controller makes of it excites the
+motor, and the response is that from force command to measured position.
 """
 
 from __future__ import annotations
