@@ -13632,7 +13632,7 @@ export interface components {
             /**
              * Version
              * @description Version that simulated them again
-             * @default 0.1.0.dev1208+g4214381ac.d20261129
+             * @default 0.1.0.dev1214+ga1021c483
              */
             version: string;
             /**
