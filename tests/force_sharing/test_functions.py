@@ -11,7 +11,12 @@ from scipy.optimize import minimize
 
 from motionlab.config.controller import SharingConfig, SharingLaw
 from motionlab.config.force_map import TableMapConfig
-from motionlab.force_sharing.functions import FUNCTIONS, SharingParameters, function_number
+from motionlab.force_sharing.functions import (
+    FUNCTIONS,
+    PARAMETERS,
+    SharingParameters,
+    function_number,
+)
 from motionlab.force_sharing.pole_pitch import Shared, forces_over, share_over
 from motionlab.force_sharing.ripple import reachable_over, ripple, share_over_pitch
 from motionlab.force_sharing.share import ForceModel, Sharing
@@ -32,9 +37,10 @@ OPTIMUM = {"formula": (1e-9, 1e-9), "table": (0.015, 1e-3)}
 """Share by which copper loss may exceed the least that another solver finds: anywhere, mean."""
 
 
-def analytic(force_map: AnalyticMap, law: SharingLaw, overlap: float = 1 / 6) -> ForceModel:
+def analytic(force_map: AnalyticMap, law: SharingLaw, **parameters: float) -> ForceModel:
     sharing = Sharing(function_number(law), -1.0, -1.0, 10.0)
-    return ForceModel(MotorMap(force_map, ANALYTIC), sharing, SharingParameters(overlap))
+    numbers = {name: each.default for name, each in PARAMETERS.items()} | parameters
+    return ForceModel(MotorMap(force_map, ANALYTIC), sharing, SharingParameters(**numbers))
 
 
 def tabled(name: str, law: SharingLaw) -> ForceModel:
@@ -59,7 +65,7 @@ def share(model: ForceModel, position: Array, force: Array | float, limit: float
 def test_currents_stay_in_their_limits_and_give_the_force(
     force_map: AnalyticMap, law: SharingLaw, overlap: float, force: float, limit: float
 ) -> None:
-    model = analytic(force_map, law, overlap)
+    model = analytic(force_map, law, overlap=overlap, rise=overlap)
     shared = share(model, EVERYWHERE, force, limit)
     assert shared.current.min() >= 0.0
     assert shared.current.max() <= limit * (1.0 + 1e-12)
@@ -102,6 +108,7 @@ def test_linear_up_to() -> None:
         for law in FUNCTIONS
     }
     expected = {"least-norm": 27.30, "force-per-ampere": 29.53, "sine": 27.99, "cubic": 28.21}
+    expected["least-normal-force"] = expected["force-per-ampere"]
     assert found == pytest.approx(expected, abs=0.01)
 
 
@@ -171,8 +178,9 @@ def test_copper_loss_is_not_beaten(model: ForceModel, kind: str) -> None:
     assert np.mean(more) < OPTIMUM[kind][1]
 
 
-def test_what_one_phase_cannot_give_another_does() -> None:
-    model = analytic(NOMINAL, "force-per-ampere")
+@pytest.mark.parametrize("law", [law for law, each in FUNCTIONS.items() if each.passes_on])
+def test_what_one_phase_cannot_give_another_does(law: SharingLaw) -> None:
+    model = analytic(NOMINAL, law)
     reach = reachable_over(model, position=EVERYWHERE, forward=True)
     whole = share(model, EVERYWHERE, 1e3)
     assert whole.force == pytest.approx(reach, rel=1e-6)
@@ -180,7 +188,7 @@ def test_what_one_phase_cannot_give_another_does() -> None:
     assert (at_limit | (whole.current < 1e-6)).all()
 
 
-@pytest.mark.parametrize("law", ["least-norm", "sine", "cubic"])
+@pytest.mark.parametrize("law", [law for law in FUNCTIONS if law != "force-per-ampere"])
 @pytest.mark.parametrize("force", [2.0, 12.0, 25.0])
 def test_no_law_loses_less_than_force_per_ampere(law: SharingLaw, force: float) -> None:
     for best, other in (
@@ -193,6 +201,62 @@ def test_no_law_loses_less_than_force_per_ampere(law: SharingLaw, force: float) 
         assert (loss > least * (1.0 - 5e-3) - 1e-3).all()
 
 
+# -- least normal force ---------------------------------------------------------------------------
+
+
+def normal_force(model: ForceModel, force: float) -> Array:
+    current = share(model, EVERYWHERE, force).current
+    return forces_over(model.map, position=EVERYWHERE, current=current).normal
+
+
+def least_normal(force: float) -> Array:
+    """Return the least normal force of a thrust, N, by every split between two phases."""
+    turns = np.mod(EVERYWHERE / TAU - np.arange(3)[:, None] / 3.0, 1.0)
+    angle = 2.0 * np.pi * np.sort(turns, axis=0)[:2]
+    most = np.maximum(34.1 * np.sin(angle), 0.0)
+    first = np.linspace(0.0, 1.0, 2001)[:, None] * np.minimum(most[0], force)
+    per_thrust = 380.1 / 34.1 * 0.5 * np.tan(0.5 * np.minimum(angle, 3.1))
+    second = force - first
+    normal = first * per_thrust[0] + second * per_thrust[1]
+    return np.where(second <= most[1] + 1e-9, normal, np.inf).min(axis=0)
+
+
+@pytest.mark.parametrize("force", [2.0, 5.0, 10.0, 20.0])
+def test_least_normal_force_is_near_the_least(force: float) -> None:
+    least = least_normal(force)
+    by_law = {law: normal_force(analytic(NOMINAL, law), force) for law in FUNCTIONS}
+    assert all((normal > least - 0.01 * least.mean()).all() for normal in by_law.values())
+    own = by_law.pop("least-normal-force")
+    assert least.mean() < own.mean() < 1.08 * least.mean()
+    assert own.mean() < 0.75 * min(normal.mean() for normal in by_law.values())
+    sharper = normal_force(analytic(NOMINAL, "least-normal-force", rise=0.005), force)
+    assert sharper.mean() < 1.012 * least.mean()
+
+
+@pytest.mark.parametrize("name", ["new-design", "previous-design"])
+@pytest.mark.parametrize("force", [-20.0, 2.0, 10.0])
+def test_least_normal_force_saves_on_a_table(name: str, force: float) -> None:
+    means = {law: normal_force(tabled(name, law), force).mean() for law in FUNCTIONS}
+    own = means.pop("least-normal-force")
+    assert 0.02 < 1.0 - own / min(means.values()) < 0.12
+
+
+def test_the_currents_of_least_normal_force_have_finite_slopes() -> None:
+    """Ten times finer steps find the same slope; least norm's begin with the root of a distance."""
+
+    def steepest(law: SharingLaw, force: float, step: float) -> float:
+        place = np.arange(0.0, TAU, step)
+        return float(np.abs(np.diff(share(analytic(NOMINAL, law), place, force).current)).max())
+
+    for force in (1.0, 5.0, -12.0, 20.0, 25.0):
+        coarse, fine = (steepest("least-normal-force", force, step) for step in (2e-6, 2e-7))
+        assert 35e3 < fine / 2e-7 < 58.5e3
+        assert fine / 2e-7 < 1.05 * coarse / 2e-6
+    assert (
+        steepest("least-norm", 20.0, 2e-7) / 2e-7 > 2.0 * steepest("least-norm", 20.0, 2e-6) / 2e-6
+    )
+
+
 # -- sharing functions ----------------------------------------------------------------------------
 
 
@@ -200,7 +264,7 @@ def test_no_law_loses_less_than_force_per_ampere(law: SharingLaw, force: float) 
 def test_a_sharing_function_hands_over_as_it_says(law: SharingLaw) -> None:
     overlap = 0.1
     turns = np.linspace(0.0, 1.0, 2401)
-    shared = share(analytic(NOMINAL, law, overlap), turns * TAU, 10.0)
+    shared = share(analytic(NOMINAL, law, overlap=overlap), turns * TAU, 10.0)
     x = np.sin(2.0 * np.pi * (turns - np.arange(3)[:, None] / 3.0))
     q = (shared.current / 10.0) ** 2
     B = (10.0 / 5.5) ** 2

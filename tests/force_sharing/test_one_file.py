@@ -27,7 +27,11 @@ def test_it_is_a_field_simulated_and_in_the_module_of_the_page(
     words = ("tests.force_sharing.surfaces", "linear")
     computed: dict[str, Any] = json.loads(printed(environment, *words))
     assert "linear" in computed["choices"]
-    assert computed["fields"] == {"overlap": ["cubic", "linear", "sine"], "advance": ["linear"]}
+    assert computed["fields"] == {
+        "overlap": ["cubic", "linear", "sine"],
+        "advance": ["linear"],
+        "rise": ["least-normal-force"],
+    }
     assert computed["schema"] and computed["lane_code"]
     assert computed["differs"] > 0.1  # A, against A by least norm
     assert computed["module_error"] < 1e-6

@@ -39,7 +39,7 @@ def table_lanes(resolution: float) -> list[Parameters]:
         with_model(with_plant(x, PREVIOUS), PREVIOUS, "force-per-ampere"),
         with_model(with_plant(y, NEW), NEW, "sine"),
         with_law(x, "force-per-ampere"),
-        with_law(y, "sine"),
+        with_law(y, "least-normal-force"),
         with_law(with_plant(x, NEW), "cubic"),
-        with_model(y, PREVIOUS, "cubic"),
+        with_model(y, PREVIOUS, "least-normal-force"),
     ]

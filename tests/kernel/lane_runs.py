@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from motionlab.control.compensation import Compensation
 from motionlab.control.filters import PASS
 from motionlab.control.position import PositionController
-from motionlab.force_sharing.functions import CLOSED_FORM, SharingParameters
+from motionlab.force_sharing.functions import CLOSED_FORM, PARAMETERS, SharingParameters
 from motionlab.force_sharing.share import ForceModel, Sharing
 from motionlab.kernel.law_calls import law_number
 from motionlab.kernel.layout import (
@@ -84,6 +84,7 @@ def lane(axis: Axis, law: str = "off", changes: Mapping[str, float] | None = Non
     )
     force_map = MotorMap(formula, ANALYTIC)
     sharing = Sharing(CLOSED_FORM, -1.0, -1.0, nominal_motor.PEAK_CURRENT)
+    defaults = (each.default for each in PARAMETERS.values())
     parameters = Parameters(
         friction=friction,
         force_map=force_map,
@@ -126,7 +127,7 @@ def lane(axis: Axis, law: str = "off", changes: Mapping[str, float] | None = Non
         compensation=Compensation(law_number(law), float(LAWS[law].adds)),
         model_friction=friction,
         model_subdivision=Subdivision(sine=0.0, cosine=0.0, period=20e-6),
-        force_model=ForceModel(force_map, sharing, SharingParameters(1.0 / 6.0)),
+        force_model=ForceModel(force_map, sharing, SharingParameters(*defaults)),
         limits=Limits(error=0.02),
         law=LawParameters(*[0.0] * len(LawParameters._fields)),
     )

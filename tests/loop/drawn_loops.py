@@ -12,7 +12,7 @@ CHANGES = st.fixed_dictionaries(
             ["off", "lugre-observer", "residual-k", "canudas-de-wit", "reversed-k"]
         ),
         f"{_A}.compensation.velocity": st.sampled_from(["reference", "measured"]),
-        f"{_A}.sharing.law": st.sampled_from(["least-norm", "sine", "cubic"]),
+        f"{_A}.sharing.law": st.sampled_from(["least-norm", "least-normal-force", "sine", "cubic"]),
         f"{_A}.disturbance_observer.enabled": st.booleans(),
         f"{_A}.delay": st.integers(0, 1),
         f"{_A}.x.notch.gain": st.sampled_from([1.0, 0.1]),

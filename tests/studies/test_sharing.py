@@ -13,6 +13,7 @@ import pytest
 from motionlab.cli import main
 from motionlab.config.controller import SharingConfig
 from motionlab.config.load import load_scenario
+from motionlab.force_sharing.functions import FUNCTIONS
 from motionlab.studies.sharing.sharing import SharingDocument, SharingRequest
 from tests.paths import DOCS
 
@@ -62,6 +63,8 @@ def test_the_command_and_the_call_give_one_document(
     assert min(curves.reachable) == document.linear_up_to
     assert document.loss.squared_current == pytest.approx(np.mean(curves.squared_current))
     assert document.loss.power is None
+    assert document.normal_force.mean == pytest.approx(np.mean(curves.normal_force))
+    assert document.normal_force.largest == max(curves.normal_force)
 
 
 def test_loss_in_watts(client: httpx.Client) -> None:
@@ -104,8 +107,9 @@ def test_a_fit_is_a_map_for_a_controller(
 def test_people_see_every_law(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["sharing"]) == 0
     text = capsys.readouterr().out
-    for law in ("least-norm", "force-per-ampere", "sine", "cubic"):
+    for law in FUNCTIONS:
         assert law in text
+    assert re.search(r"normal force\n  mean +N .*\n  largest +N ", text)
     assert main(["sharing", "--set", "law=sine"]) == 0
     assert "cubic" not in capsys.readouterr().out
     assert main(["map", "--fit", "previous-design"]) == 0
@@ -121,7 +125,7 @@ def test_the_page_names_every_field_and_law() -> None:
 
 def test_what_the_page_prints_is_what_comes_out(capsys: pytest.CaptureFixture[str]) -> None:
     rows = re.findall(r"^\| `([a-z-]+)` \| ([\d.]+) N \| ([\d.]+) N \| ([\d.]+) N \|", PAGE, re.M)
-    assert len(rows) == 4
+    assert {law for law, *_ in rows} == set(FUNCTIONS)
     for law, *linear in rows:
         for name, shown in zip(("nominal", "new-design", "previous-design"), linear, strict=True):
             words = sets([f"controller={name}", f"law={law}", "points=360"])

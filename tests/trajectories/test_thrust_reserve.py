@@ -26,7 +26,7 @@ from tests.trajectories.random_splines import random_splines
 FAST = {"kind": "path", "law": "time_optimal", "v_max": 1.0, "a_max": 10.0, "j_max": 2000.0}
 
 
-@pytest.mark.parametrize("law", ["least-norm", "force-per-ampere", "sine"])
+@pytest.mark.parametrize("law", ["least-norm", "least-normal-force", "force-per-ampere", "sine"])
 @pytest.mark.parametrize("force_map", [None, "new-design"])
 def test_the_available_thrust_is_realised_in_full(law: str, force_map: str | None) -> None:
     changes: dict[str, Any] = {"thrust_reserve": 0.2, "variants.B.controller.sharing.law": law}

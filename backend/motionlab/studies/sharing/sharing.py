@@ -94,6 +94,13 @@ class CopperLoss(_Document):
     power: float | None = Field(description="W; null without a resistance")
 
 
+class NormalForce(_Document):
+    """Normal force of the three phases over the pole pitch, on the plant's map."""
+
+    mean: float = Field(description="N")
+    largest: float = Field(description="N")
+
+
 class SharingCurves(_Document):
     """Forces and currents at each position."""
 
@@ -126,6 +133,7 @@ class SharingDocument(_Document):
     thrust: RippleOfThrust = Field(description="On the plant's map")
     believed: RippleOfThrust = Field(description="On the controller's map")
     loss: CopperLoss
+    normal_force: NormalForce
     rms_current: float = Field(description="Of one phase over the pitch, A")
     max_current: float = Field(description="A")
     steepest_current: float = Field(description="Largest change of a current over position, A/m")
@@ -206,6 +214,9 @@ def sharing(request: SharingRequest) -> SharingDocument:
             squared_current=loss,
             relative=loss / least_loss if least_loss > 0.0 else None,
             power=None if request.resistance is None else request.resistance * loss,
+        ),
+        normal_force=NormalForce(
+            mean=float(curves.normal_force.mean()), largest=float(curves.normal_force.max())
         ),
         rms_current=float(np.sqrt(loss / 3.0)),
         max_current=float(curves.current.max()),

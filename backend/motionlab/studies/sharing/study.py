@@ -43,8 +43,8 @@ class SharingStudy(Study):
         name="sharing",
         help="share a force among the phases over one pole pitch",
         description="Share a force among the phases over one pole pitch by each law: ripple, "
-        "copper loss, reachable force. The controller's map and the plant's may differ. With "
-        "--json, of one law.",
+        "copper loss, normal force, reachable force. The controller's map and the plant's may "
+        "differ. With --json, of one law.",
         examples=_EXAMPLES,
         scenario=None,
         set="change a field of the request (repeatable, all applied together)",

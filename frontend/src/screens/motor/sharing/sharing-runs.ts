@@ -15,6 +15,7 @@ const STROKES: readonly { dash: Dash; ink: Ink }[] = [
   { dash: 'dot', ink: 'difference' },
   { dash: 'dash', ink: 'phase-b' },
   { dash: 'dashdot', ink: 'phase-a' },
+  { dash: 'long', ink: 'overlay-4' },
 ];
 const LAW = 'variants.A.controller.sharing.law';
 
@@ -164,6 +165,18 @@ export const ROWS: readonly Row[] = [
     title: 'Over that of force per ampere on the same map',
     unit: '',
     value: ({ loss }) => loss.relative,
+  },
+  {
+    name: 'normal force, mean',
+    title: "Of the three phases over the pole pitch, on the plant's map",
+    unit: 'N',
+    value: ({ normal_force }) => normal_force.mean,
+  },
+  {
+    name: 'normal force, most',
+    title: "Of the three phases at some position, on the plant's map",
+    unit: 'N',
+    value: ({ normal_force }) => normal_force.largest,
   },
   {
     name: 'reach, least',
