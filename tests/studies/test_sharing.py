@@ -13,8 +13,11 @@ import pytest
 from motionlab.cli import main
 from motionlab.config.controller import SharingConfig
 from motionlab.config.load import load_scenario
+from motionlab.config.planar import AXES
 from motionlab.force_sharing.functions import FUNCTIONS
-from motionlab.studies.sharing.sharing import SharingDocument, SharingRequest
+from motionlab.simulation.prepare import prepare
+from motionlab.simulation.run import run
+from motionlab.studies.sharing.sharing import SharingDocument, SharingRequest, sharing
 from tests.paths import DOCS
 
 PAGE = (DOCS / "sharing.md").read_text()
@@ -132,3 +135,72 @@ def test_what_the_page_prints_is_what_comes_out(capsys: pytest.CaptureFixture[st
             assert printed(capsys, "sharing", *words)["linear_up_to"] == (
                 pytest.approx(float(shown), abs=0.006)
             )
+
+
+LEAST_NORMAL_FORCE = "least-normal-force"
+COMPARED: dict[str, dict[str, Any]] = {
+    "`least-norm`": {"law": "least-norm"},
+    "`force-per-ampere`": {"law": "force-per-ampere"},
+    "`least-normal-force`": {"law": LEAST_NORMAL_FORCE},
+    "with `rise` 0.1": {"law": LEAST_NORMAL_FORCE, "rise": 0.1},
+}
+
+
+def table(*heads: str) -> list[dict[str, str]]:
+    """Return the rows of the page's table with these heads, cells by head."""
+    _, _, below = PAGE.partition(f"| {' | '.join(heads)} |\n")
+    lines = below.split("\n\n")[0].splitlines()[1:]
+    assert lines
+    return [dict(zip(heads, line.strip("| ").split(" | "), strict=True)) for line in lines]
+
+
+def numbers(cell: str) -> list[float]:
+    return [float(number) for number in re.findall(r"\d+(?:\.\d+)?", cell)]
+
+
+def test_the_normal_force_on_the_page() -> None:
+    laws = ("`least-norm`", "`least-normal-force`", "with `rise` 0.1")
+    for row in table("map", "thrust", *laws, "least of all"):
+        asked = {"controller": row["map"].strip("`"), "force": numbers(row["thrust"])[0]}
+        usual, *means = (
+            sharing(SharingRequest(**asked, **COMPARED[law])).normal_force.mean for law in laws
+        )
+        assert numbers(row["`least-norm`"]) == [pytest.approx(usual, abs=0.06)]
+        for law, mean in zip(laws[1:], means, strict=True):
+            saved = 100.0 * (1.0 - mean / usual)
+            assert numbers(row[law]) == [
+                pytest.approx(mean, abs=0.06),
+                pytest.approx(saved, abs=0.6),
+            ]
+        assert numbers(row["least of all"])[0] < min(means)
+
+
+def test_the_price_on_the_page() -> None:
+    for row in table("thrust", *(COMPARED)):
+        force = numbers(row["thrust"])[0]
+        for law, changes in COMPARED.items():
+            document = sharing(SharingRequest(force=force, **changes))
+            assert numbers(row[law]) == [
+                pytest.approx(document.loss.relative, abs=6e-4),
+                pytest.approx(1e-3 * document.steepest_current, abs=0.06),
+            ]
+
+
+def test_the_errors_on_the_page() -> None:
+    laws = ("`least-norm`", "`least-normal-force`", "with `rise` 0.1")
+    for row in table("scenario", "map", "mu", *laws):
+        changes: dict[str, Any] = {}
+        if mu := numbers(row["mu"])[0]:
+            for axis in AXES:
+                changes[f"plant.{axis}.effects"] = [{"effect": "lugre", "mu": mu}]
+                changes[f"plant.{axis}.friction.enabled"] = False
+        if row["map"] != "nominal":
+            for place in ("plant", "variants.B.controller.model"):
+                changes[f"{place}.force_map"] = row["map"].strip("`")
+        for law in laws:
+            own = {f"variants.B.controller.sharing.{k}": v for k, v in COMPARED[law].items()}
+            prepared = prepare(load_scenario(row["scenario"].strip("`"), changes | own))
+            record, window = run(prepared).variants["B"], slice(*prepared.reference.window)
+            errors = (np.abs(record.channel("following_error", axis)[window]) for axis in AXES)
+            largest = [1e6 * float(each.max()) for each in errors]
+            assert numbers(row[law]) == pytest.approx(largest, abs=0.006), (row, law)
