@@ -4915,7 +4915,8 @@ export interface components {
             /**
              * @default {
              *       "law": "least-norm",
-             *       "overlap": 0.16666666666666666
+             *       "overlap": 0.16666666666666666,
+             *       "rise": 0.034
              *     }
              */
             sharing: components["schemas"]["SharingConfig"];
@@ -11503,6 +11504,22 @@ export interface components {
             text: string;
         };
         /**
+         * NormalForce
+         * @description Normal force of the three phases over the pole pitch, on the plant's map.
+         */
+        NormalForce: {
+            /**
+             * Mean
+             * @description N
+             */
+            mean: number;
+            /**
+             * Largest
+             * @description N
+             */
+            largest: number;
+        };
+        /**
          * NotchConfig
          * @description A notch filter on PD and disturbance observer, against a resonance; not in the paper.
          */
@@ -13632,7 +13649,7 @@ export interface components {
             /**
              * Version
              * @description Version that simulated them again
-             * @default 0.1.0.dev1214+ga1021c483
+             * @default 0.1.0.dev1220+g460958f4b
              */
             version: string;
             /**
@@ -15817,13 +15834,19 @@ export interface components {
              * @default least-norm
              * @enum {string}
              */
-            law: "least-norm" | "cubic" | "force-per-ampere" | "sine";
+            law: "least-norm" | "cubic" | "force-per-ampere" | "least-normal-force" | "sine";
             /**
              * Overlap
              * @description Share of the pole pitch over which one phase hands over to the next
              * @default 0.16666666666666666
              */
             overlap: number;
+            /**
+             * Rise
+             * @description Share of the pole pitch over which a phase rises to its current limit, and falls from it
+             * @default 0.034
+             */
+            rise: number;
         };
         /**
          * SharingCurves
@@ -15880,7 +15903,7 @@ export interface components {
              * Law
              * @enum {string}
              */
-            law: "least-norm" | "cubic" | "force-per-ampere" | "sine";
+            law: "least-norm" | "cubic" | "force-per-ampere" | "least-normal-force" | "sine";
             /**
              * Force
              * @description Commanded, N
@@ -15908,6 +15931,7 @@ export interface components {
             /** @description On the controller's map */
             believed: components["schemas"]["RippleOfThrust"];
             loss: components["schemas"]["CopperLoss"];
+            normal_force: components["schemas"]["NormalForce"];
             /**
              * Rms Current
              * @description Of one phase over the pitch, A
@@ -15936,13 +15960,19 @@ export interface components {
              * @default least-norm
              * @enum {string}
              */
-            law: "least-norm" | "cubic" | "force-per-ampere" | "sine";
+            law: "least-norm" | "cubic" | "force-per-ampere" | "least-normal-force" | "sine";
             /**
              * Overlap
              * @description Share of the pole pitch over which one phase hands over to the next
              * @default 0.16666666666666666
              */
             overlap: number;
+            /**
+             * Rise
+             * @description Share of the pole pitch over which a phase rises to its current limit, and falls from it
+             * @default 0.034
+             */
+            rise: number;
             /**
              * Controller
              * @description The controller's map: a map, or the name of a table or of a shipped motor
