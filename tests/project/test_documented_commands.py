@@ -68,7 +68,7 @@ ELSEWHERE = {
     "tests/exchange/test_public_data.py",
     r"motionlab (response|shape) .*--run .*": "needs a kept run: tests/studies/test_shape.py",
     r"motionlab safe-tune .*--run .*": "needs kept runs: tests/studies/test_safe_tune.py",
-    r"motionlab import rig\.csv --name .*": "as above: tests/studies/test_response.py",
+    r"motionlab import rig(-again)?\.csv --name .*": "as above: tests/studies/test_rig.py",
     r"motionlab friction-models .*": "needs a kept run: tests/studies/friction",
     r"(motionlab|curl) .*\bminute\b.*": "needs a kept run: tests/studies/test_minute.py",
     r"motionlab run learnt\.toml .*": "needs what was learnt: tests/simulation/test_learnt.py",
@@ -87,6 +87,7 @@ ELSEWHERE = {
     r"\.venv/bin/python -m tests\.e2e\.pictures": "writes docs/; test_docs.py sees that they exist",
     r"\.venv/bin/python docs/plots\.py": "writes docs/; test_docs.py draws into another folder",
     r"\.venv/bin/python examples/ab\.py": "tests/server/test_examples.py",
+    r"\.venv/bin/python examples/rig\.py.*": "with all of its page: tests/studies/test_rig.py",
     r"\.venv/bin/python examples/learn_residual\.py": "tests/gym/test_documents.py, fewer policies",
     r"\.venv/bin/python examples/compare_(laws|controllers)\.py": "run below, beside its tables",
 }

@@ -130,6 +130,13 @@ class MarginInterval(BaseModel):
     model: float | None = Field(description="Of the linearised loop at the same frequencies")
 
 
+class Crossing(BaseModel):
+    """A crossover of the measured loop."""
+
+    frequency: float = si("At which the magnitude is 1", "Hz")
+    phase_margin: float = si("There", "rad")
+
+
 class PlantValue(BaseModel):
     """A parameter of the fitted model, SI."""
 
@@ -188,8 +195,12 @@ class MeasuredResponse(FrequencySweepDocument):
         description="crossover, Hz, phase_margin, rad, gain_margin and gain_reduction: factors by "
         "which the gain may grow, and to which it may fall, before the loop is unstable"
     )
+    crossings: list[Crossing] = Field(
+        description="All crossovers of the measured loop, the lowest first"
+    )
     fitted: FittedPlant | None = Field(
-        default=None, description="A model of the plant; null before the last slide"
+        default=None,
+        description="A model of the plant; null before the last slide, and where none is near",
     )
     run: str | None = Field(default=None, description="That was read; null of an experiment")
     warnings: list[str] = Field(default=[], description="What a reader must know")

@@ -19,6 +19,8 @@ from motionlab.studies.response.recorded import RecordedEstimate
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
+NO_MODEL = "no model of mass, delay and modes comes near the plant at these frequencies"
+_FAR = 0.3  # RMS distance from the lines, over their magnitude
 _POINTS = 300  # of the curve, besides the measured lines
 _ABOUT_MODE = np.linspace(-4.0, 4.0, 33)  # points there, in half widths of the peak
 
@@ -26,7 +28,7 @@ _ABOUT_MODE = np.linspace(-4.0, 4.0, 33)  # points there, in half widths of the 
 def fitted_plant(
     request: ResponseRequest, variant: str, measured: RecordedEstimate, period: float
 ) -> FittedPlant | None:
-    """Return the model of a measured plant; None if there are too few lines.
+    """Return the model of a measured plant; None if there are too few lines, or none is near.
 
     Parameters
     ----------
@@ -40,6 +42,9 @@ def fitted_plant(
     f, of_plant = measured.frequency, measured.of_plant
     model = fit(f, of_plant.response, of_plant.deviation, period)
     if model is None:
+        return None
+    off = np.abs(model.response(f) / of_plant.response - 1.0)
+    if np.sqrt(np.mean(off**2)) > _FAR:
         return None
     linearised = fit_alike(model, f, measured.loop.plant.response(f), of_plant.deviation)
     values, modes = _values(model, linearised)

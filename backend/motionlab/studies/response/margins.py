@@ -14,27 +14,41 @@ DRAWS = 400
 _BETWEEN = 20  # points between two lines
 
 
-def measured_margins(frequency: Array, L: Complex) -> dict[str, float | None]:
-    """Return crossover, Hz, phase margin, rad, and gain margins of a measured open loop.
+def _between(frequency: Array, L: Complex) -> tuple[Array, Array, Array]:
+    """Return log of frequencies, log of the magnitude and phase, between lines too.
 
-    As `motionlab.loop.margins` has them, of the frequencies that were measured: between two, the
-    logarithm of the magnitude and the phase follow a line over the logarithm of the frequency.
+    Between two both follow a line over the logarithm of the frequency.
     """
     log_f = np.log(frequency)
     fine = np.interp(
         np.arange(_BETWEEN * (len(log_f) - 1) + 1) / _BETWEEN, np.arange(len(log_f)), log_f
     )
     size = np.interp(fine, log_f, np.log(np.abs(L)))
-    phase = np.interp(fine, log_f, np.unwrap(np.angle(L)))
-    crossings = _roots(fine, size)
-    phases = np.interp(crossings, fine, phase)
+    return fine, size, np.interp(fine, log_f, np.unwrap(np.angle(L)))
+
+
+def crossings(frequency: Array, L: Complex) -> list[tuple[float, float]]:
+    """Return every crossover of a measured open loop, Hz, and its phase margin, rad."""
+    fine, size, phase = _between(frequency, L)
+    there = _roots(fine, size)
+    margins = np.abs(np.angle(-np.exp(1j * np.interp(there, fine, phase))))
+    return list(zip(np.exp(there).tolist(), margins.tolist(), strict=True))
+
+
+def measured_margins(frequency: Array, L: Complex) -> dict[str, float | None]:
+    """Return crossover, Hz, phase margin, rad, and gain margins of a measured open loop.
+
+    As `motionlab.loop.margins` has them, of the frequencies that were measured: the highest
+    crossover, and the least phase margin of all.
+    """
+    fine, size, phase = _between(frequency, L)
+    crossed = crossings(frequency, L)
     turns = _roots(fine, np.sin(phase))
     there = np.interp(turns, fine, size)[np.cos(np.interp(turns, fine, phase)) < 0.0]
     above, below = there[there < 0.0], there[there > 0.0]
-    margin = np.abs(np.angle(-np.exp(1j * phases)))
     return {
-        "crossover": float(np.exp(crossings.max())) if crossings.size else None,
-        "phase_margin": float(margin.min()) if margin.size else None,
+        "crossover": crossed[-1][0] if crossed else None,
+        "phase_margin": min(margin for _, margin in crossed) if crossed else None,
         "gain_margin": float(np.exp(-above.max())) if above.size else None,
         "gain_reduction": float(np.exp(-below.min())) if below.size else None,
     }

@@ -36,14 +36,15 @@ from motionlab.studies.loop.frequency_sweep import (
     response,
 )
 from motionlab.studies.response.documents import (
+    Crossing,
     MarginInterval,
     MeasuredPlant,
     MeasuredResponse,
     ResponseRequest,
 )
 from motionlab.studies.response.estimate import Estimate, Quiet, Slides, estimate
-from motionlab.studies.response.fitted import fitted_plant
-from motionlab.studies.response.margins import NAMES, intervals, measured_margins
+from motionlab.studies.response.fitted import NO_MODEL, fitted_plant
+from motionlab.studies.response.margins import NAMES, crossings, intervals, measured_margins
 from motionlab.studies.response.recorded import (
     RecordedEstimate,
     RecordedPlan,
@@ -319,10 +320,12 @@ def _document(
     of_plant = measured.of_plant
     controller = loop.controller.response(f)
     L, model = of_plant.response * controller, loop.open(f)
-    spread, fitted = dict.fromkeys(NAMES), None
+    spread, fitted, notes = dict.fromkeys(NAMES), None, list(measured.warnings)
     if whole:
         period = CONTROL_PERIOD if isinstance(planned, ResponsePlan) else planned.run.period
         fitted = fitted_plant(request, planned.variant, measured, period)
+        if fitted is None:
+            notes.append(NO_MODEL)
         spread = intervals(f, L, of_plant.deviation * np.abs(controller), request.seed)
     here, there = measured_margins(f, L), measured_margins(f, model)
     return MeasuredResponse(
@@ -334,12 +337,13 @@ def _document(
             name: MarginInterval(value=here[name], interval=spread[name], model=there[name])
             for name in NAMES
         },
+        crossings=[Crossing(frequency=f, phase_margin=m) for f, m in crossings(f, L)],
         fitted=fitted,
         run=request.run,
         slides=measured.slides,
         periods=measured.periods,
         seconds=measured.seconds,
-        warnings=list(measured.warnings),
+        warnings=notes,
     )
 
 

@@ -20,6 +20,7 @@ everywhere bring about no modes.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -138,11 +139,18 @@ def fit(frequency: Array, plant: Complex, deviation: Array, period: float) -> Fi
     best = fitting.begin()
     while True:
         larger = [each for each in fitting.larger(best) if each is not None]
-        tried = [each for each in larger if _on_several_lines(best, each)]
+        tried = [each for each in larger if _apart(each) and _on_several_lines(best, each)]
         more = min(tried, key=lambda each: each.criterion, default=best)
         if more.criterion > best.criterion - _CONVINCING:
             return best
         best = more
+
+
+def _apart(model: FittedModel) -> bool:
+    """Return whether no peak of a mode overlaps that of another: such two cannot be told apart."""
+    _, modes = _parts(model.terms, model.values)
+    spans = sorted((f * (1.0 - ratio), f * (1.0 + ratio)) for f, ratio, _ in modes)
+    return all(low > high for (_, high), (low, _) in itertools.pairwise(spans))
 
 
 def _on_several_lines(model: FittedModel, larger: FittedModel) -> bool:

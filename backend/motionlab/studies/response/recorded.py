@@ -301,6 +301,7 @@ def _of_any(planned: RecordedPlan, columns: Columns) -> RecordedEstimate:
             FieldError("run", message, int(coherent.sum()), bounds={"minimum": float(_LINES_MIN)})
         )
     velocity = _typical_velocity(position, period)
+    notes = (*notes, *_reversing(position, stretch))
     kept = Estimate(
         of_plant.response[coherent],
         of_plant.deviation[coherent],
@@ -326,6 +327,26 @@ def _of_any(planned: RecordedPlan, columns: Columns) -> RecordedEstimate:
 
 def _is_reference(planned: RecordedPlan) -> bool:
     return planned.own or planned.columns[0].endswith("position_reference")
+
+
+def _reversing(position: Array, stretch: Part) -> list[str]:
+    """Return a note where the motion reverses: friction answers there, not the machine."""
+    apart = max(1, round(0.1 / stretch.run.period))
+    speed = position[apart:] - position[:-apart]
+    if not speed.size or not np.abs(speed).max():
+        return []
+    sure = np.flatnonzero(np.abs(speed) > _MOVING * np.abs(speed).max())
+    turned = np.flatnonzero(np.diff(np.sign(speed[sure])))
+    if not turned.size:
+        return []
+    # From where it moves for sure to where it does so no longer.
+    begins, ends = sure[np.append(0, turned + 1)], sure[np.append(turned, len(sure) - 1)] + apart
+    k = int(np.argmax(ends - begins))
+    part = stretch.interval(int(begins[k]), int(ends[k]))
+    return [
+        f"it reverses {len(turned)} times, where friction answers in the machine's place; the "
+        f"longest part without a reversal is from {part}"
+    ]
 
 
 def _typical_velocity(position: Array, period: float) -> float:

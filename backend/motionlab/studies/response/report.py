@@ -38,8 +38,18 @@ def report(result: MeasuredResponse) -> str:
         *(f"note: {each}" for each in result.warnings),
         "",
     ]
-    rows = margin_rows(result.margins)
-    lines += [table(("open loop", "measured", "95 %", "linearised"), rows, right=(1, 2, 3)), ""]
+    rows, heads = margin_rows(result.margins), ["open loop", "measured", "95 %", "linearised"]
+    if result.fitted is not None:
+        heads.append("fitted model")
+        for row, name in zip(rows, _MARGINS, strict=True):
+            row.append(_shown(name, result.fitted.margins[name]))
+    lines += [table(heads, rows, right=tuple(range(1, len(heads)))), ""]
+    if len(result.crossings) > 1:
+        each = (
+            f"{at.frequency:.3g} Hz ({math.degrees(at.phase_margin):.3g} deg)"
+            for at in result.crossings
+        )
+        lines += [f"all crossovers, with their phase margins: {', '.join(each)}", ""]
     if result.fitted is not None:
         lines += [*_fitted(result.fitted, result.frequency), ""]
     plant, model = result.plant, result.linearised_plant
@@ -61,6 +71,10 @@ def report(result: MeasuredResponse) -> str:
     return "\n".join([*lines, table(heads, rows, right=tuple(range(len(heads))))])
 
 
+def _shown(name: str, value: float | None) -> str:
+    return "none" if value is None else f"{_MARGINS[name][1](value):.3g}"
+
+
 def margin_rows(margins: dict[str, MarginInterval]) -> list[list[str]]:
     """Return each margin with its interval and what it is compared with."""
     rows = []
@@ -70,9 +84,9 @@ def margin_rows(margins: dict[str, MarginInterval]) -> list[list[str]]:
         rows.append(
             [
                 title,
-                "none" if each.value is None else f"{shown(each.value):.3g}",
+                _shown(name, each.value),
                 "-" if ends is None else " to ".join(f"{end:.3g}" for end in ends),
-                "none" if each.model is None else f"{shown(each.model):.3g}",
+                _shown(name, each.model),
             ]
         )
     return rows

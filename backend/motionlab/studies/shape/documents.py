@@ -53,8 +53,8 @@ class ShapeRequest(ResponseRequest):
     )
     second_run: Annotated[str, Field(pattern=RUN_ID)] | None = Field(
         default=None,
-        description="Kept run with the proposed controller, to check it; only with `run`. Without "
-        "`run` a second experiment checks it",
+        description="Kept run with the proposed controller, to check it; only with `run`, and of a "
+        "measurement the same part of it. Without `run` a second experiment checks it",
     )
 
 

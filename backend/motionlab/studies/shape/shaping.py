@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from motionlab.config.changes import apply_changes
 from motionlab.errors import ConfigError, FieldError
 from motionlab.studies.loop.frequency_sweep import LoopCurve, loop_curve
+from motionlab.studies.record.part import kept_run
 from motionlab.studies.response.documents import MarginInterval, MeasuredResponse, ResponseRequest
 from motionlab.studies.response.margins import NAMES, intervals, measured_margins
 from motionlab.studies.response.measure import ResponsePlan, measure
@@ -111,14 +112,10 @@ def _plan_second(
     request: ShapeRequest, source: Source | None, changes: dict[str, Any] | None = None
 ) -> RecordedPlan:
     """Return the plan of the run that checks; of a measurement under the changes."""
-    other = _of_response(request).model_copy(
-        update={
-            "run": request.second_run,
-            "start": 0.0,
-            "end": None,
-            "set": request.set | (changes or {}),
-        }
-    )
+    update = {"run": request.second_run, "set": request.set | (changes or {})}
+    if kept_run(str(request.second_run), "second_run").scenario_document is not None:
+        update |= {"start": 0.0, "end": None}  # its slides; a measurement repeats the motion
+    other = _of_response(request).model_copy(update=update)
     planned = plan_response(other, source)
     assert isinstance(planned, RecordedPlan)
     return planned

@@ -5043,6 +5043,22 @@ export interface components {
             saturated: number | null;
         };
         /**
+         * Crossing
+         * @description A crossover of the measured loop.
+         */
+        Crossing: {
+            /**
+             * Frequency
+             * @description At which the magnitude is 1
+             */
+            frequency: number;
+            /**
+             * Phase Margin
+             * @description There
+             */
+            phase_margin: number;
+        };
+        /**
          * DahlEffectConfig
          * @description A bristle that gives way at F_c: presliding without Stribeck effect.
          */
@@ -10375,7 +10391,12 @@ export interface components {
             margins: {
                 [key: string]: components["schemas"]["MarginInterval"];
             };
-            /** @description A model of the plant; null before the last slide */
+            /**
+             * Crossings
+             * @description All crossovers of the measured loop, the lowest first
+             */
+            crossings: components["schemas"]["Crossing"][];
+            /** @description A model of the plant; null before the last slide, and where none is near */
             fitted?: components["schemas"]["FittedPlant"] | null;
             /**
              * Run
@@ -13649,7 +13670,7 @@ export interface components {
             /**
              * Version
              * @description Version that simulated them again
-             * @default 0.1.0.dev1220+g460958f4b
+             * @default 0.1.0.dev1221+g98e2703ca.d20261129
              */
             version: string;
             /**
@@ -26649,7 +26670,7 @@ export interface operations {
                     filters?: number;
                     /**
                      * Second Run
-                     * @description Kept run with the proposed controller, to check it; only with `run`. Without `run` a second experiment checks it
+                     * @description Kept run with the proposed controller, to check it; only with `run`, and of a measurement the same part of it. Without `run` a second experiment checks it
                      */
                     second_run?: string | null;
                 };

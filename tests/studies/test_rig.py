@@ -1,0 +1,99 @@
+"""docs/rig.md as it is written: from a log of a machine that the lab does not know to its gains."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import math
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from motionlab.cli.main import main
+from tests.paths import ROOT
+
+PAGE = (ROOT / "docs" / "rig.md").read_text()
+
+
+def printed(command: str) -> str:
+    """Run a command of the page here; return what it prints."""
+    words = shlex.split(command)
+    if words[0] == ".venv/bin/python":
+        program = [sys.executable, str(ROOT / words[1]), *words[2:]]
+        return subprocess.run(program, check=True, capture_output=True, text=True).stdout
+    with contextlib.redirect_stdout(io.StringIO()) as text:
+        assert main(words[1:]) == 0
+    return text.getvalue()
+
+
+@pytest.fixture(scope="module")
+def answers(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """Of every command, in its order: what it prints, or its document."""
+    with contextlib.chdir(tmp_path_factory.mktemp("rig")):
+        (toml,) = re.findall(r"^```toml\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
+        Path("rig.toml").write_text(toml)
+        commands = re.findall(r"^    (\S.*)$", PAGE, re.MULTILINE)
+        made = {}
+        for each in commands:
+            study = each.split()[1] in {"friction-models", "response", "shape"}
+            text = printed(each + " --json" if study else each)
+            made[each] = json.loads(text) if study else text
+        return made
+
+
+def of(answers: dict[str, Any], start: str, *words: str) -> Any:
+    """Return the last answer whose command begins so and has these words."""
+    there = [each for each in answers if each.startswith(start)]
+    return answers[[each for each in there if all(word in each for word in words)][-1]]
+
+
+def truth(answers: dict[str, Any], pattern: str) -> list[float]:
+    """Return numbers that the machine of the first log says of itself."""
+    said = answers[".venv/bin/python examples/rig.py"]
+    return [float(each) for each in re.findall(pattern, said)]
+
+
+def test_the_friction_is_that_of_the_machine(answers: dict[str, Any]) -> None:
+    result = of(answers, "motionlab friction-models")
+    assert result["selected"] == "lugre-load"
+    values = result["models"][-1]["parameters"]
+    for name, pattern in (("M", r"mass (\S+) kg"), ("F_c", r"F_c (\S+) N"), ("mu", r"mu ([\d.]+)")):
+        assert [values[name]["value"]] == pytest.approx(truth(answers, pattern), rel=0.03), name
+
+
+def test_the_response_has_its_margins_and_mode(answers: dict[str, Any]) -> None:
+    result = of(answers, "motionlab response")
+    crossovers = truth(answers, r"crossover (\S+) Hz")
+    assert [each["frequency"] for each in result["crossings"]] == pytest.approx(
+        crossovers, rel=0.01
+    )
+    phase = truth(answers, r"crossover .* margin (\S+) deg")[0]
+    assert math.degrees(result["margins"]["phase_margin"]["value"]) == pytest.approx(phase, abs=0.5)
+    (gain,) = truth(answers, r"gain margin (\S+) dB")
+    low, high = (20.0 * math.log10(end) for end in result["margins"]["gain_margin"]["interval"])
+    assert low < gain < high
+    fitted = result["fitted"]
+    assert fitted["mass"]["value"] == pytest.approx(5.3, rel=0.002)
+    assert fitted["lag"]["value"] == pytest.approx(0.15e-3, abs=0.02e-3)
+    (mode,) = fitted["modes"]
+    assert mode["frequency"]["value"] == pytest.approx(140.0, abs=0.2)
+    assert mode["damping"]["value"] == pytest.approx(0.02, abs=0.002)
+    assert not [note for note in result["warnings"] if "reverses" in note]
+
+
+def test_the_gains_proposed_are_confirmed_by_a_second_log(answers: dict[str, Any]) -> None:
+    result = of(answers, "motionlab shape", "--second-run")
+    again = of(answers, ".venv/bin/python examples/rig.py", "rig-again.csv")
+    for name, gain in (("k-p", "k_p"), ("k-d", "k_d")):
+        (used,) = re.findall(rf"--{name} (\S+)", PAGE)
+        assert result["changes"][f"variants.A.controller.x.{gain}"] == pytest.approx(float(used))
+    assert result["check"]["holds"] is True
+    (gain,) = re.findall(r"gain margin (\S+) dB", again)
+    measured = 20.0 * math.log10(result["check"]["margins"]["gain_margin"]["value"])
+    assert measured == pytest.approx(float(gain), abs=0.3)
