@@ -204,7 +204,7 @@ def test_the_loop_is_drawn_as_it_is_measured_and_in_figures(tune: Page, server: 
     expect(sine).to_contain_text(f"{predicted:.3g}", timeout=LONG)
     loop = region(page, "Loop over frequency")
     button(page, "Measure")
-    measured = re.compile("measured( of (present|chosen))?, 43.2 mm/s")
+    measured = re.compile("measured( of (present|chosen))?, 40.8 mm/s")
     expect(loop).to_contain_text(measured, timeout=SLOW)
     margins = re.compile(
         r"Measured in [\d.]+ s of sliding.* phase margin [\d.]+ \([\d.]+ to [\d.]+\) °"
