@@ -53,7 +53,7 @@ export const GLOSSARY = {
   },
   'least norm': {
     name: 'Least-norm force sharing',
-    text: 'Of all phase currents that give the wanted thrust, those whose squares add up to least.',
+    text: 'Of all shares of the phases that give the wanted thrust, those whose squares, over what each phase can give there, add up to least.',
   },
   'force sharing': {
     name: 'Force sharing',
