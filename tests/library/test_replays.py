@@ -9,6 +9,7 @@ from typing import Any
 
 import httpx
 import numpy as np
+import pyarrow as pa
 import pyarrow.compute as pc
 import pytest
 from pyarrow import parquet
@@ -18,7 +19,7 @@ from motionlab.exchange.measurements.document import ImportOptions
 from motionlab.exchange.measurements.runs import import_file
 from motionlab.library import replays as module
 from motionlab.library.library import library
-from motionlab.library.replay import again
+from motionlab.library.replay import Again, Replay, again
 from motionlab.library.replays import Replays, replay_all
 from motionlab.library.search import parse
 from tests.library.test_replay import altered, begun, ended, keep, rewrite
@@ -60,6 +61,28 @@ def test_runs_of_every_kind(client: httpx.Client, tmp_path: Path) -> None:
     assert not found.interrupted
     refused = next(run for run in found.runs if run.run == measured.id)
     assert refused.reasons == [f"{measured.id} has no scenario: there is nothing to simulate again"]
+
+
+@pytest.mark.parametrize("error", [MemoryError(), pa.ArrowMemoryError("malloc failed")])
+def test_a_run_that_takes_too_much_memory_leaves_the_others_results(
+    monkeypatch: pytest.MonkeyPatch, error: MemoryError
+) -> None:
+    large, small = keep({"seed": 19}), keep({"seed": 20})
+    tag = f"memory-{type(error).__name__}"
+    for run in (large, small):
+        tagged(run.id, tag)
+    whole = module.replay
+
+    def replayed(prepared: Again, *others: Any) -> Replay:
+        if prepared.run.id == large.id:
+            raise error
+        return whole(prepared, *others)
+
+    monkeypatch.setattr(module, "replay", replayed)
+    runs = {run.run: run for run in tagged_replays(tag).runs}
+    assert runs[small.id].outcome == "identical"
+    assert runs[large.id].outcome == "not replayable"
+    assert "more memory" in runs[large.id].reasons[0]
 
 
 def test_a_moved_run_has_the_size_of_its_move_in_the_window_of_its_metrics() -> None:

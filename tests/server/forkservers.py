@@ -125,8 +125,8 @@ def install() -> None:
 
 
 def _load() -> tuple[socket.socket, subprocess.Popen[bytes]]:
-    secret, one = fork_client._SECRETS, fork_client._ONE_THREAD
-    environment = {k: v for k, v in os.environ.items() if k not in secret} | one
+    secret, more = fork_client._SECRETS, fork_client._ENVIRONMENT
+    environment = {k: v for k, v in os.environ.items() if k not in secret} | more
     ours, theirs = socket.socketpair()
     with theirs:
         process = subprocess.Popen(

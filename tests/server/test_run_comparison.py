@@ -197,6 +197,18 @@ def test_runs_of_a_search_are_replayed_by_a_job(client: httpx.Client) -> None:
     assert report["result"]["runs"][0]["first"]["tick"] == 321
 
 
+def test_long_runs_are_replayed_within_the_memory_of_a_job(client: httpx.Client) -> None:
+    """Of more than a row group of samples; Arrow's own pool would reserve 1 GiB at once."""
+    long = keep({"seed": 18, "trajectory.laps": 8})
+    library().change(long.id, {"tags": ["long-replay"]})
+    accepted = client.post(f"{API}/runs/replay", json={"q": "tag:long-replay"})
+    job = accepted.headers["location"]
+    until(lambda: client.get(job).json()["state"] not in {"queued", "running"})
+    report = client.get(job).json()
+    assert (report["state"], report["error"]) == ("done", None)
+    assert [run["outcome"] for run in report["result"]["runs"]] == ["identical"]
+
+
 @pytest.mark.parametrize("q", ["kind:bogus", "B.x.max<3kg", "after:soon", 31 * "a ", 1001 * "a"])
 def test_a_search_is_refused_as_by_the_list(client: httpx.Client, q: str) -> None:
     listed = client.get(f"{API}/runs", params={"q": q})

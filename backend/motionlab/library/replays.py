@@ -156,6 +156,9 @@ def replay_one(
         hold(prepared.size)
         with library.files.open(run.id) as file:
             comparison = replay(prepared, file, progress)
+    except MemoryError:  # Arrow's, too; the others' results are kept
+        answer.reasons = ["to simulate it again needs more memory than this process may have"]
+        return answer
     except MotionLabError as error:
         answer.reasons = str(error).splitlines()
         return answer

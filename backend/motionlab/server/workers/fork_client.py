@@ -39,7 +39,13 @@ _LOG = logging.getLogger(__name__)
 
 _COMMAND = (sys.executable, "-m", "motionlab.server.workers.forkserver")
 _SECRETS = ("MOTIONLAB_TOKEN", "MOTIONLAB_TOKEN_FILE", "MOTIONLAB_HOSTS")
-_ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+_ENVIRONMENT = {
+    "OPENBLAS_NUM_THREADS": "1",
+    "OMP_NUM_THREADS": "1",
+    "MKL_NUM_THREADS": "1",
+    # Its other pools reserve 1 GiB of addresses at once, which the limit of a worker counts.
+    "ARROW_DEFAULT_MEMORY_POOL": "system",
+}
 _ADOPTED = ("MOTIONLAB_DATA", "MOTIONLAB_CONFIGS", ACCEPTED)
 _AGAIN_AFTER = 1.0  # s until a fork server that has ended is started again
 _ENDING = 0.02  # s from its last message to its status
@@ -322,7 +328,7 @@ class Forks:
         if self._closed:
             return
         ours, theirs = socket.socketpair()
-        environment = {k: v for k, v in os.environ.items() if k not in _SECRETS} | _ONE_THREAD
+        environment = {k: v for k, v in os.environ.items() if k not in _SECRETS} | _ENVIRONMENT
         with theirs:
             self._process = start_forkserver(theirs, environment)
         ours.setblocking(False)
