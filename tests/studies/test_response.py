@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,7 @@ from motionlab.studies.response.measure import ResponsePlan, measure, plan
 from motionlab.trajectories.multisine import Lines, excitation
 
 SHORT = {"seconds": 30.0, "lines": 40}
+SHAKEN = {"kind": "multisine", "axis": "y", "velocity": 0.0432}
 
 
 def found(**request: Any) -> MeasuredResponse:
@@ -91,6 +93,59 @@ def test_a_stepped_sine_takes_two_slides_for_each_line() -> None:
         plan(ResponseRequest.model_validate(SHORT | {"signal": "stepped-sine"}))
     with pytest.raises(ValidationError, match="slides must be at least 120, two for each of 60"):
         Multisine(signal="stepped-sine")
+
+
+def test_lines_that_nothing_has_shaken_yet_are_not_in_a_partial_result() -> None:
+    """Those of a stepped sine come one after another; warnings of NumPy fail the test."""
+    request = {"scenario": "circle", "axis": "x", "signal": "stepped-sine", "lines": 8}
+    planned = plan(ResponseRequest.model_validate(request | {"seconds": 60.0}))
+    lines: list[int] = []
+
+    def progress(_: float, partial: MeasuredResponse | None) -> None:
+        if partial is not None:
+            lines.append(len(partial.frequency))
+            assert np.isfinite(partial.plant.magnitude).all()
+
+    document = measure(planned, progress)
+    assert lines[0] == 3
+    assert lines[-1] == len(document.frequency) == 8
+
+
+@pytest.mark.parametrize("force", [0.005, 0.02])
+def test_lines_that_are_not_coherent_are_left_out(force: float) -> None:
+    """Feedback makes the command of noise there: L seems -1, and margins nothing."""
+    small = found(scenario="circle", axis="x", force=force, seconds=60.0, lines=60)
+    count = len(small.frequency)
+    assert 8 <= count < 48
+    assert min(small.plant.coherence) >= recorded.COHERENT
+    assert len(small.plant.magnitude) == len(small.open.phase) == count
+    assert len(small.linearised_plant.phase) == count
+    if small.fitted is not None:
+        assert len(small.fitted.residual) == count
+    margin = small.margins["phase_margin"].value
+    assert margin is not None
+    assert math.degrees(margin) == pytest.approx(60.0, abs=4.0)
+
+
+def test_a_force_of_which_too_little_is_coherent_is_refused() -> None:
+    with pytest.raises(ConfigError, match="is too small: the coherence") as refused:
+        found(scenario="circle", axis="x", force=1e-4)
+    (error,) = refused.value.errors
+    assert (error.loc, error.value, error.unit) == ("force", 1e-4, "N")
+
+
+def test_a_force_beyond_the_friction_is_noted(x_of_circle: MeasuredResponse) -> None:
+    assert x_of_circle.warnings == []
+    free = {"plant.x.friction.enabled": False}
+    (note, *_) = found(scenario="circle", axis="x", set=free).warnings
+    assert "a force of 0.5 N RMS is more than the friction of 0 N" in note
+    assert found(scenario="circle", axis="x", set=free | {"plant.force": "ideal"}).warnings == []
+
+
+def test_the_force_that_is_left_out_is_shown_as_a_number() -> None:
+    planned = plan(ResponseRequest(scenario="circle", axis="x"))
+    assert isinstance(planned, ResponsePlan)
+    assert type(planned.force) is float
 
 
 def test_an_interval_holds_the_response_as_often_as_it_says() -> None:
@@ -180,6 +235,7 @@ def test_margins_of_a_loop_that_is_known() -> None:
     ("request_", "complaint"),
     [
         ({"velocity": 0.2, "low": 0.5}, "velocity: leaves the stroke within 2 periods of 2 s"),
+        ({"velocity": 1e-6}, r"velocity: is too slow.*allowed >= 0\.00072[0-9] m/s"),
         ({"seconds": 5.0}, "seconds: is too short: 5 slides of"),
         ({"force": 60.0}, "force: is too much"),
         ({"low": 50.0, "high": 60.0}, "high must be at least twice low"),
@@ -218,7 +274,7 @@ def kept(changes: dict[str, Any], name: str = "circle-resonant") -> str:
 @pytest.fixture(scope="module")
 def shaken() -> str:
     """A run that followed a multisine on y."""
-    return kept({"trajectory": {"kind": "multisine", "axis": "y", "velocity": 0.0432}})
+    return kept({"trajectory": SHAKEN})
 
 
 def test_a_run_of_a_multisine_tells_what_an_experiment_does(shaken: str) -> None:
@@ -230,6 +286,17 @@ def test_a_run_of_a_multisine_tells_what_an_experiment_does(shaken: str) -> None
         here, there = of_run.margins[name].value, of_experiment.margins[name].value
         assert here == pytest.approx(there, rel=0.06)
     assert min(of_run.plant.coherence[10:]) > 0.95
+
+
+def test_slides_of_a_run_lose_lines_that_are_not_coherent() -> None:
+    weak = kept({"trajectory": SHAKEN | {"acceleration": 2e-3}})
+    document = found(run=weak, axis="y", variant="B")
+    assert 8 <= len(document.frequency) < 40
+    assert min(document.plant.coherence) >= recorded.COHERENT
+    assert len(document.plant.interval) == len(document.open.phase) == len(document.frequency)
+    nothing = kept({"trajectory": SHAKEN | {"acceleration": 1e-7}})
+    with pytest.raises(ConfigError, match="not exciting enough"):
+        found(run=nothing, axis="y", variant="B")
 
 
 def test_without_its_slides_a_record_tells_the_same(
@@ -300,6 +367,11 @@ def test_a_measurement_of_a_machine_tells_its_response(
     assert reverses.endswith("without a reversal is from 8.782 s to 11.218 s")
     assert "no controller" in controller
     assert "1000 Hz" in rate
+    of_run = {"run": document.run, "axis": "x"}
+    for column in ("M.x.thrust", "M.x.position_measured"):
+        with pytest.raises(ConfigError, match="depend on the loop") as refused:
+            plan(ResponseRequest.model_validate(of_run | {"excitation_column": column}))
+        assert refused.value.errors[0].loc == "excitation_column"
     mapped = ["--map", "setpoint [mm]=-", "--name", "rig without"]
     assert main(["import", str(tmp_path / "rig.csv"), *mapped]) == 0
     capsys.readouterr()

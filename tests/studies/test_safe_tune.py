@@ -11,15 +11,11 @@ import pytest
 from motionlab.config.load import load_scenario
 from motionlab.errors import ConfigError
 from motionlab.library.library import library
-from motionlab.loop.family import LoopFamily
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.run import run
-from motionlab.studies.response.documents import ResponseRequest
-from motionlab.studies.response.measure import plan as plan_response
 from motionlab.studies.safe_tune.documents import SafeTuneDocument, SafeTuneRequest
-from motionlab.studies.safe_tune.model import MeasuredLoop
 from motionlab.studies.safe_tune.report import report
-from motionlab.studies.safe_tune.search import Limits, Measured, _around, _discrepancy
+from motionlab.studies.safe_tune.search import Limits, Measured, _discrepancy
 from motionlab.studies.safe_tune.tuning import plan, tune_safely
 
 pytest.importorskip("sklearn")
@@ -145,54 +141,3 @@ def test_limits_count_error_and_force() -> None:
     outputs = np.array([[1.0, 1.0, 1.0], [1.0, 3.0, 1.0], [1.0, 1.0, 3.0]])
     kept = Limits(2.0, 2.0).keep(Measured(np.ones((3, 2)), outputs))
     assert kept.tolist() == [True, False, False]
-
-
-def test_a_machine_that_no_plausible_motor_is_like_ends_the_search() -> None:
-    light = carried_out(scenario="circle", machine={"plant.x.mass": 2.0}, measure=False, motors=4)
-    assert len(light.motions) == 1
-    assert "lighter or stronger than any of them; measure a response" in light.ended
-
-
-def test_runs_and_response_are_of_one_machine_and_delay() -> None:
-    first, heavy = kept_run({}), kept_run({"plant.x.mass": 18.0})
-    with pytest.raises(ConfigError, match=r"runs: of different machines: plant\.x\.mass"):
-        carried_out(runs=[first, heavy])
-    motion = {"kind": "multisine", "axis": "x", "velocity": 0.0408, "slides": 6}
-    response = kept_run({"trajectory": motion})
-    late = kept_run({"variants.B.controller.delay": 1})
-    with pytest.raises(ConfigError, match="runs: and response have different delays"):
-        carried_out(runs=[late], response=response)
-    with pytest.raises(ConfigError, match="response: of different machines"):
-        carried_out(runs=[heavy], response=response)
-    with pytest.raises(ConfigError, match="response: is not exciting enough"):
-        carried_out(response=first)
-
-
-def test_a_motion_is_not_made_again() -> None:
-    done = carried_out(
-        scenario="circle-resonant",
-        axis="y",
-        machine={"plant.y.resonance.coupling": 0.3},
-        motions=5,
-        motors=2,
-    )
-    made = [(each.k_p, each.k_d) for each in done.motions]
-    assert len(set(made)) == len(made)
-
-
-def test_gains_stay_within_a_step_of_motions_off_the_lattice() -> None:
-    motions = np.array([[200300.0, 1530.0], [224051.0, 1711.4]])
-    for gains in _around(motions, 3.0):
-        apart = np.abs(np.log(gains / motions)).max(axis=1).min()
-        assert apart <= np.log(3.0) + 2e-3
-
-
-def test_margins_off_a_measurement_are_those_at_rest_too() -> None:
-    """The bristles of the scenario's motor hold the measured plant at rest."""
-    scenario, response = load_scenario("circle"), ResponseRequest(axis="x", lines=200)
-    loop = MeasuredLoop(plan_response(response), SafeTuneRequest(axis="x"))
-    k_p, k_d = np.array([200300.0, 400600.0]), np.array([1530.0, 3060.0])
-    gain, phase, _ = loop.margins(k_p, k_d)
-    there = LoopFamily.of(scenario, "B", "x").margins_over(k_p, k_d)
-    np.testing.assert_allclose(gain, there["gain_margin"], rtol=0.06)
-    np.testing.assert_allclose(phase, there["phase_margin"], atol=0.08)

@@ -190,6 +190,16 @@ def test_a_constant_force_has_no_parameters(tmp_path: Path, noise: float) -> Non
     assert "v_s" not in report(result)
 
 
+@pytest.mark.parametrize("mass", [None, 5.0])
+def test_a_force_of_the_other_sign_is_refused(tmp_path: Path, mass: float | None) -> None:
+    record = recorded(machine("stribeck"), sines(SINES[:3]))
+    record["push [N]"] = -record["push [N]"]
+    with pytest.raises(ConfigError, match=r"sign is reversed.*\[-1 N\]") as error:
+        own(tmp_path, record, mass=mass)
+    (each,) = error.value.errors
+    assert (each.loc, each.value) == ("force_column", "push")
+
+
 def test_an_effect_is_compared_with_its_parameters(tmp_path: Path) -> None:
     """Elements that yield at one force, as Dahl has them, in a record of static friction."""
     record = recorded(machine("coulomb"), sines(SINES))

@@ -189,6 +189,13 @@ def test_clocks_that_are_apart_are_said_to_be_and_tell_no_bristle(
     assert any("further apart than the 2 ms" in w for w in axis.warnings), axis.warnings
 
 
+def test_a_force_of_the_other_sign_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="sign is reversed") as error:
+        told(tmp_path, -channels()["force_command_x [N]"])
+    (each,) = error.value.errors
+    assert (each.loc, each.value) == ("record.force_column", "M.x.thrust")
+
+
 def test_a_force_that_is_clipped_is_said_to_be(tmp_path: Path) -> None:
     document = told(tmp_path, np.clip(channels()["force_command_x [N]"], -2.0, 2.0))
     warnings = document.axes["x"].warnings

@@ -27,7 +27,7 @@ from motionlab.studies.friction.fit import (
     windows_of,
 )
 from motionlab.studies.friction.record import Forces, FrictionPlan, read
-from motionlab.studies.identify.record.motion import Motion, Motions, motions_of
+from motionlab.studies.identify.record.motion import Motion, Motions, check_sign, motions_of
 
 _ROUNDS = 3
 """Fits at most by which currents within a sample are found."""
@@ -60,6 +60,8 @@ def select(
     ------
     ExperimentFailed
         If the axis moved too little.
+    ConfigError
+        If the sign of the force is reversed.
     """
     forces = read(plan, of_run(plan.run.id))
     windows = _windows(plan, forces)
@@ -109,6 +111,7 @@ def _check_force(windows: Windows) -> None:
 def _windows(plan: FrictionPlan, forces: Forces) -> Windows:
     """Return the windows of a run, with currents between samples as a LuGre fit has them."""
     motion = _motion(plan, forces)
+    check_sign(motion, "force_column", _sources(plan)[1])
     mass = plan.request.mass
     if mass is not None:
         mass /= plan.machine.unit_of("M")[1]
@@ -207,12 +210,8 @@ def _document(
     choice: Choice,
     notes: list[str],
 ) -> FrictionModelsDocument:
-    experiment, motion = plan.experiment, windows.motion
-    position, force = (
-        plan.columns[:2]
-        if experiment is None
-        else (experiment.axes[plan.request.axis].position, experiment.axes[plan.request.axis].force)
-    )
+    motion = windows.motion
+    position, force = _sources(plan)
     return FrictionModelsDocument(
         run=plan.run.id,
         name=plan.run.name,
@@ -235,6 +234,14 @@ def _document(
         notes=notes,
         version=__version__,
     )
+
+
+def _sources(plan: FrictionPlan) -> tuple[str, str]:
+    """Return the columns of position and force."""
+    if plan.experiment is None:
+        return plan.columns[0], plan.columns[1]
+    axis = plan.experiment.axes[plan.request.axis]
+    return axis.position, axis.force
 
 
 def _normal_source(plan: FrictionPlan, windows: Windows) -> str | None:

@@ -116,7 +116,11 @@ class MeasuredPlant(LoopCurve):
     distortion: list[float] = si(
         "Standard deviation by what is not linear, which only slides of other phases show", "1"
     )
-    coherence: list[float] = si("Share of a slide's power that the response explains", "1")
+    coherence: list[float] = si(
+        "Share of a slide's power that the response explains, or of the command's that the "
+        "excitation does, whichever is less; at least 0.5 in the end",
+        "1",
+    )
 
 
 class MarginInterval(BaseModel):

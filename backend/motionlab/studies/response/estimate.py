@@ -82,7 +82,8 @@ class Estimate:
     noise : ndarray
         That part of it which is there without distortion.
     coherence : ndarray
-        Share of the position's power, among slides and periods, that the response explains.
+        Share of the position's power among slides that the response explains, or of the command's
+        that the excitation does where that is less.
     freedom : int
         Degrees of freedom of `deviation`.
     """
@@ -145,11 +146,21 @@ def _line(
         silent = slides.quiet.position[:, k] - response * slides.quiet.command[:, k]
         of_noise = np.median(np.abs(silent) ** 2) / np.log(2.0)  # single bins have ripple
     scale = size / np.abs(of_u[0]) ** 2
-    explained = np.abs(of_y[0]) ** 2 * np.mean(np.abs(slides.excitation[:, k]) ** 2)
+    power = float(np.mean(np.abs(slides.excitation[:, k]) ** 2))
+    own = float((np.abs(U - design @ of_u) ** 2).sum()) / free
+    # Where feedback makes the command of noise, P is -1/C, which explains that noise: U counts too.
+    coherence = min(explained_share(of_y[0], power, variance), explained_share(of_u[0], power, own))
     return (
         complex(response),
         float(np.sqrt(variance * scale)),
         float(np.sqrt(of_noise * scale)),
-        float(explained / (explained + variance)),
+        coherence,
         free,
     )
+
+
+def explained_share(response: complex, power: float, rest: float) -> float:
+    """Return the share of a signal's power that its response to the excitation explains."""
+    explained = np.abs(response) ** 2 * power
+    total = explained + rest
+    return float(explained / total) if total > 0.0 else 0.0

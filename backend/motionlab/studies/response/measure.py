@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,8 +46,11 @@ from motionlab.studies.response.estimate import Estimate, Quiet, Slides, estimat
 from motionlab.studies.response.fitted import NO_MODEL, fitted_plant
 from motionlab.studies.response.margins import NAMES, crossings, intervals, measured_margins
 from motionlab.studies.response.recorded import (
+    COHERENT,
+    LINES_MIN,
     RecordedEstimate,
     RecordedPlan,
+    coherent_lines,
     estimate_recorded,
     plan_recorded,
 )
@@ -72,6 +75,7 @@ _LEAST = 0.02  # share of the force that a line has at least in that slide
 _NEIGHBOURS = 15
 _CORNER = 250.0  # Hz, above which the force grows, since noise hides what answers it
 _GROWTH = 1.5  # its power of frequency there
+_SLOWEST = 0.5  # share of the slowest slide that is taken for it
 _FORCE = 0.9, 0.5  # of the sliding friction, and N at least
 _SIGNIFICANT = 6
 _LIMITED = ("force_saturated", "current_saturated")
@@ -96,8 +100,8 @@ class ResponsePlan:
     velocity : float
         Of the slides, m/s: whole pole pitches and periods of the encoder in a slide, no whole ones
         in a period.
-    force : float
-        RMS, N.
+    force, friction : float
+        Of the signal, RMS, and that which the slide overcomes, N.
     periods, slides : int
         Periods that are measured in a slide, and slides.
     """
@@ -109,6 +113,7 @@ class ResponsePlan:
     lines: Lines
     velocity: float
     force: float
+    friction: float
     periods: int
     slides: int
 
@@ -125,8 +130,9 @@ def plan(request: ResponseRequest, source: Source | None = None) -> ResponsePlan
     Raises
     ------
     ConfigError
-        If the stroke is too short for two periods at the velocity, or the time for the slides that
-        an interval takes; if the loop has no linearisation; as `plan_recorded`.
+        If the stroke is too short for two periods at the velocity, the velocity too low for whole
+        pole pitches, or the time too short for the slides that an interval takes; if the loop has
+        no linearisation; as `plan_recorded`.
     """
     if request.run is not None:
         return plan_recorded(request, source)
@@ -150,8 +156,14 @@ def plan(request: ResponseRequest, source: Source | None = None) -> ResponsePlan
             )
         )
     periods = min(fit, PERIODS[1])
-    for turn in (pole_pitch(plant.force_map), plant.encoder.sde_period):
-        velocity = _turned(velocity * period, turn, periods) / period
+    turns = pole_pitch(plant.force_map), plant.encoder.sde_period
+    least_velocity = _SLOWEST * _rounded(0.0, period, turns, periods)
+    if velocity < least_velocity:
+        message = "is too slow: a slide takes whole pole pitches"
+        raise ConfigError(
+            FieldError("velocity", message, velocity, f">= {_up(least_velocity):g}", "m/s")
+        )
+    velocity = _rounded(velocity, period, turns, periods)
     slide = around + periods * period
     lines = Lines.of(request.signal, request.low, request.high, request.lines, ticks)
     slides = int(request.seconds / slide)
@@ -162,11 +174,35 @@ def plan(request: ResponseRequest, source: Source | None = None) -> ResponsePlan
             FieldError("seconds", message, request.seconds, f">= {least * slide:.3g}", "s")
         )
     loop = linearise(scenario, variant, request.axis, v=velocity)
+    friction = sliding_force(parameters(scenario, variant, request.axis).friction, velocity)
     force, (share, at_least) = request.force, _FORCE
     if force is None:
-        friction = parameters(scenario, variant, request.axis).friction
-        force = max(at_least, share * sliding_force(friction, velocity))
-    return ResponsePlan(request, scenario, variant, loop, lines, velocity, force, periods, slides)
+        force = max(at_least, share * float(friction))
+    return ResponsePlan(
+        request,
+        scenario,
+        variant,
+        loop,
+        lines,
+        velocity,
+        force,
+        float(friction),
+        periods,
+        slides,
+    )
+
+
+def _rounded(velocity: float, period: float, turns: Iterable[float], periods: int) -> float:
+    """Return a velocity whose slides take whole `turns`, m/s: of 0 the slowest."""
+    for turn in turns:
+        velocity = _turned(velocity * period, turn, periods) / period
+    return velocity
+
+
+def _up(value: float) -> float:
+    """Return a bound to three digits that is none too low."""
+    unit = 10.0 ** (math.floor(math.log10(value)) - 2)
+    return math.ceil(value / unit) * unit
 
 
 def _turned(distance: float, turn: float, periods: int) -> float:
@@ -191,7 +227,8 @@ def measure(
     Raises
     ------
     ConfigError
-        If the loop diverges, or a force or current reaches its limit.
+        If the loop diverges, a force or current reaches its limit, or fewer than `LINES_MIN`
+        frequencies are coherent.
     """
     if isinstance(planned, RecordedPlan):
         measured = estimate_recorded(planned)
@@ -291,20 +328,45 @@ def _result(
 ) -> MeasuredResponse:
     """Return the response after some slides; the intervals of margins after the last."""
     R, U, Y, forward = (np.array(each) for each in zip(*parts, strict=True))
-    reported = planned.lines.reported(planned.request.lines)
+    lines, whole = planned.lines, len(parts) == planned.slides
+    # A stepped sine comes to its lines one after another.
+    reported = [each for each in lines.reported(planned.request.lines) if R[:, each[0]].any()]
+    frequency = lines.frequency[[k for k, _ in reported]]
+    of_plant = estimate(Slides(R, U, Y, forward, quiet), reported)
+    if whole:
+        count = len(frequency)
+        frequency, of_plant = coherent_lines(frequency, of_plant)
+        if len(frequency) < LINES_MIN:
+            message = (
+                f"is too small: the coherence reaches {COHERENT:g} at {len(frequency)} of {count} "
+                f"frequencies, {LINES_MIN} are needed"
+            )
+            raise ConfigError(FieldError("force", message, planned.force, unit="N"))
     return _document(
         planned,
         RecordedEstimate(
-            planned.lines.frequency[[k for k, _ in reported]],
-            estimate(Slides(R, U, Y, forward, quiet), reported),
+            frequency,
+            of_plant,
             planned.loop,
             planned.velocity,
             len(parts),
             planned.periods,
             planned.seconds * len(parts) / planned.slides,
+            _changing_sign(planned),
         ),
         linearised,
-        whole=len(parts) == planned.slides,
+        whole=whole,
+    )
+
+
+def _changing_sign(planned: ResponsePlan) -> tuple[str, ...]:
+    """Return a note where the force is more than the friction that the slide overcomes."""
+    if planned.force <= planned.friction or planned.scenario.plant.force == "ideal":
+        return ()
+    return (
+        f"the command keeps changing its sign, since a force of {planned.force:.3g} N RMS is more "
+        f"than the friction of {round(planned.friction, 6):.3g} N: phases hand over and currents "
+        "lag behind, so the response is that for this force",
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,8 +46,9 @@ Array = NDArray[np.float64]
 
 SLIDES_MIN = 5
 COHERENT = 0.5
-"""Least coherence of a frequency that is kept, of a record without a multisine of the lab's."""
-_LINES_MIN = 8
+"""Least coherence of a frequency that is kept."""
+LINES_MIN = 8
+"""Least number of frequencies that are kept."""
 _MOVING = 0.1  # of the largest velocity
 _SLOWEST = 1e-4  # m/s
 _DIRECT = (
@@ -204,6 +205,12 @@ def _of_measurement(request: ResponseRequest, source: Source | None, part: Part)
             FieldError("excitation_column", "is no column of the run", excitation, allowed)
         )
     names, factors = zip(*chosen, strict=True)
+    if excitation in names:
+        message = (
+            "is the column of force or position, which depend on the loop: an excitation does not, "
+            "such as its reference"
+        )
+        raise ConfigError(FieldError("excitation_column", message, excitation))
     return RecordedPlan(request, scenario, variant, part, (excitation, *names), factors, ())
 
 
@@ -249,6 +256,24 @@ def _read(planned: RecordedPlan, columns: Columns) -> Array:
     return samples
 
 
+def coherent_lines(frequency: Array, of_plant: Estimate) -> tuple[Array, Estimate]:
+    """Return the frequencies, Hz, whose coherence is at least `COHERENT`, and the plant there."""
+    kept = of_plant.coherence >= COHERENT
+    columns = ("response", "deviation", "noise", "coherence")
+    return frequency[kept], replace(
+        of_plant, **{name: getattr(of_plant, name)[kept] for name in columns}
+    )
+
+
+def _not_exciting(coherent: int, lines: int) -> FieldError:
+    """Return the error of a run of which too few frequencies are coherent."""
+    message = (
+        f"is not exciting enough: its coherence reaches {COHERENT:g} at this many of "
+        f"{lines} frequencies; record a multisine, noise or a chirp"
+    )
+    return FieldError("run", message, coherent, bounds={"minimum": float(LINES_MIN)})
+
+
 def _of_slides(planned: RecordedPlan, columns: Columns) -> RecordedEstimate:
     motion = planned.scenario.trajectory
     assert isinstance(motion, Multisine)
@@ -270,9 +295,12 @@ def _of_slides(planned: RecordedPlan, columns: Columns) -> RecordedEstimate:
     loop = linearise(planned.scenario, planned.variant, planned.request.axis, v=motion.velocity)
     seconds = planned.part.seconds
     reported = lines.reported(motion.lines)
+    frequency = lines.frequency[[k for k, _ in reported]]
+    kept = coherent_lines(frequency, estimate(Slides(excitation, U, Y, forward), reported))
+    if len(kept[0]) < LINES_MIN:
+        raise ConfigError(_not_exciting(len(kept[0]), len(frequency)))
     return RecordedEstimate(
-        lines.frequency[[k for k, _ in reported]],
-        estimate(Slides(excitation, U, Y, forward), reported),
+        *kept,
         loop,
         motion.velocity,
         len(parts),
@@ -290,25 +318,13 @@ def _of_any(planned: RecordedPlan, columns: Columns) -> RecordedEstimate:
     position = excitation - third if planned.own else third
     signals = Signals(excitation, command, position, period, _is_reference(planned))
     frequency = lines_between(request.low, request.high, request.lines, signals)
-    of_plant = local_estimate(signals, frequency) if frequency.size else None
-    coherent = np.zeros(0) >= 0.0 if of_plant is None else of_plant.coherence >= COHERENT
-    if of_plant is None or coherent.sum() < _LINES_MIN:
-        message = (
-            f"is not exciting enough: its coherence reaches {COHERENT:g} at this many of "
-            f"{len(frequency)} frequencies; record a multisine, noise or a chirp"
-        )
-        raise ConfigError(
-            FieldError("run", message, int(coherent.sum()), bounds={"minimum": float(_LINES_MIN)})
-        )
+    lines = None
+    if frequency.size:
+        lines = coherent_lines(frequency, local_estimate(signals, frequency))
+    if lines is None or len(lines[0]) < LINES_MIN:
+        raise ConfigError(_not_exciting(0 if lines is None else len(lines[0]), len(frequency)))
     velocity = _typical_velocity(position, period)
     notes = (*notes, *_reversing(position, stretch))
-    kept = Estimate(
-        of_plant.response[coherent],
-        of_plant.deviation[coherent],
-        of_plant.noise[coherent],
-        of_plant.coherence[coherent],
-        of_plant.freedom,
-    )
     loop = linearise(planned.scenario, planned.variant, request.axis, v=velocity)
     seconds = len(position) * period
     warnings = (*notes,) if planned.columns[0] else (*notes, _DIRECT)
@@ -322,7 +338,7 @@ def _of_any(planned: RecordedPlan, columns: Columns) -> RecordedEstimate:
                 f"it is sampled at {1.0 / period:.4g} Hz; the controller is that of "
                 f"{1.0 / CONTROL_PERIOD:g} Hz",
             )
-    return RecordedEstimate(frequency[coherent], kept, loop, velocity, 1, 1, seconds, warnings)
+    return RecordedEstimate(*lines, loop, velocity, 1, 1, seconds, warnings)
 
 
 def _is_reference(planned: RecordedPlan) -> bool:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.studies.response.estimate import Estimate
+from motionlab.studies.response.estimate import Estimate, explained_share
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -111,7 +111,7 @@ def _about(
     response = G_y / G_u
     variance = float((np.abs(rest[:, 1] - response * rest[:, 0]) ** 2).sum() / free)
     size = float((np.abs(inverse[0]) ** 2).sum()) / scale[0] ** 2
-    explained = float(np.abs(G_y) ** 2 / size / (2 * half + 1))
-    total = explained + variance
-    coherence = explained / total if total > 0.0 else 0.0
+    power = 1.0 / (size * (2 * half + 1))
+    own = float((np.abs(rest[:, 0]) ** 2).sum() / free)
+    coherence = min(explained_share(G_y, power, variance), explained_share(G_u, power, own))
     return complex(response), float(np.sqrt(variance * size) / np.abs(G_u)), coherence, free

@@ -34,10 +34,6 @@ class RunMeasured(NamedTuple):
         Largest force command, N. All three are infinite where a rehearsed motion diverged.
     delay : int
         Periods from a measurement to its command: drives have one more than a simulation.
-    machine : dict or None
-        Motor and load of a kept run.
-    missing : float
-        Share of the samples that are missing: any of them may have been the largest.
     """
 
     run: str | None
@@ -47,8 +43,6 @@ class RunMeasured(NamedTuple):
     error: float
     force: float
     delay: int = 0
-    machine: dict[str, Any] | None = None
-    missing: float = 0.0
 
 
 def read_run(  # noqa: PLR0913 - what a run is held against
@@ -105,27 +99,7 @@ def read_run(  # noqa: PLR0913 - what a run is held against
         float(error.max()),
         float(force.max()),
         own.variants[variant].controller.delay,
-        machine_of(own),
-        1.0 - float(there.mean()),
     )
-
-
-def machine_of(scenario: Scenario) -> dict[str, Any]:
-    """Return motor and load, which motions on one machine have in common."""
-    return scenario.model_dump(mode="json", include={"plant", "load"})
-
-
-def one_machine(machines: list[dict[str, Any]], loc: str) -> None:
-    """Refuse runs of simulated machines that are not one.
-
-    Raises
-    ------
-    ConfigError
-        Naming what differs from the first.
-    """
-    for each in machines[1:]:
-        if differing := _differences(machines[0], each):
-            raise ConfigError(FieldError(loc, f"of different machines: {_listed(differing)}"))
 
 
 def same_but_gains(scenario: Scenario, own: Scenario, variant: str, axis: str, loc: str) -> None:
@@ -141,14 +115,12 @@ def same_but_gains(scenario: Scenario, own: Scenario, variant: str, axis: str, l
     here, there = (_essence(each, variant, axis) for each in (scenario, own))
     if loc == "response":
         here["trajectory"], here["learnt"] = there["trajectory"], there["learnt"]
-    if differing := _differences(here, there):
-        message = f"is a run of another motion or controller: {_listed(differing)}"
+    differing = sorted(_differences(here, there))
+    if differing:
+        more = f" and {len(differing) - _NAMED} more" if len(differing) > _NAMED else ""
+        listed = ", ".join(differing[:_NAMED])
+        message = f"is a run of another motion or controller: {listed}{more} differ"
         raise ConfigError(FieldError(loc, message))
-
-
-def _listed(differing: set[str]) -> str:
-    more = f" and {len(differing) - _NAMED} more" if len(differing) > _NAMED else ""
-    return f"{', '.join(sorted(differing)[:_NAMED])}{more} differ"
 
 
 def _essence(scenario: Scenario, variant: str, axis: str) -> dict[str, Any]:

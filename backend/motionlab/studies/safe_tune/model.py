@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,7 +15,6 @@ from motionlab.config.changes import apply_changes
 from motionlab.config.load import load_scenario
 from motionlab.config.scenario import Scenario
 from motionlab.loop.family import LoopFamily
-from motionlab.loop.linearise import linearise
 from motionlab.simulation.prepare import prepare
 from motionlab.studies.montecarlo.draw import draw, missing
 from motionlab.studies.response.margins import measured_margins
@@ -66,11 +64,6 @@ class MeasuredLoop:
     request : SafeTuneRequest
         Its margins are kept at the worse end of the plant's 95 % intervals.
 
-    Notes
-    -----
-    It is measured at one velocity v. At another, u, and at rest the friction of the scenario's
-    motor is taken in place of that at v: ``1/P' = 1/P + 1/P_u - 1/P_v`` with its linearised plants.
-
     Raises
     ------
     ConfigError
@@ -91,52 +84,19 @@ class MeasuredLoop:
         self._search = Search(
             controllers, plant, deviation, self._before, limits, progress=lambda _: None
         )
-        self._limits = limits
-        at = planned.scenario, planned.variant, request.axis
-        velocities = LoopFamily.of(*at).velocity.tolist()
-        here, *there = (
-            1.0 / linearise(*at, v=v).plant.response(frequency)
-            for v in (measured.velocity, *velocities)
-        )
-        self._turned = [1.0 / (1.0 + plant * (each - here)) for each in there]
 
     def margins(self, k_p: Array, k_d: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
-        """Return gain margin, phase margin and whether both hold, of n pairs of gains.
-
-        The worst over the velocities, stuck included.
-        """
-        before = self._search.open(self._before)
+        """Return gain margin, phase margin and whether both hold, of n pairs of gains."""
         gain, phase = np.full((2, len(k_p)), math.nan)
         hold = np.zeros(len(k_p), dtype=bool)
         for n, (p, d) in enumerate(zip(k_p.tolist(), k_d.tolist(), strict=True)):
             shape = dataclasses.replace(self._before, k_p=p, k_d=d)
-            L = self._search.open(shape)
-            loops = [L, *(each * L for each in self._turned)]
-            gain[n], phase[n] = np.min([_worst(self._frequency, each) for each in loops], axis=0)
-            encircled = any(
-                abs(_turns((1.0 + each * L) / (1.0 + each * before))) > 0.5 for each in self._turned
-            )
-            hold[n] = (
-                self._search.keeps(shape)
-                and not encircled
-                and gain[n] >= self._limits.gain_margin
-                and phase[n] >= self._limits.phase_margin
-            )
+            here = measured_margins(self._frequency, self._search.open(shape))
+            factors = here["gain_margin"], here["gain_reduction"]
+            gain[n] = min((max(f, 1.0 / f) for f in factors if f), default=math.inf)
+            phase[n] = math.inf if here["phase_margin"] is None else here["phase_margin"]
+            hold[n] = self._search.keeps(shape)
         return gain, phase, hold
-
-
-def _turns(values: NDArray[np.complex128]) -> float:
-    """Return how often a curve goes around the origin between its ends."""
-    angle = np.unwrap(np.angle(values))
-    return float(angle[-1] - angle[0]) / (2.0 * np.pi)
-
-
-def _worst(frequency: Array, L: NDArray[np.complex128]) -> tuple[float, float]:
-    """Return gain margin, a factor, and phase margin, rad; infinite where there is none."""
-    here = measured_margins(frequency, L)
-    factors = here["gain_margin"], here["gain_reduction"]
-    phase = math.inf if here["phase_margin"] is None else here["phase_margin"]
-    return min((max(f, 1.0 / f) for f in factors if f), default=math.inf), phase
 
 
 class Bench:
@@ -191,28 +151,10 @@ class MotorModel(Bench):
         loop: MeasuredLoop | None = None,
     ) -> None:
         super().__init__(scenario, variant, request.axis, request.metric)
-        self._request, self._loop, self._variant = request, loop, variant
-        self._motors = (scenario, *plausible)
+        self._request, self._loop = request, loop
         self._own, *self._plausible = (
             LoopFamily.of(each, variant, request.axis) for each in (scenario, *plausible)
         )
-
-    @property
-    def measured(self) -> bool:
-        """Whether its margins are measured."""
-        return self._loop is not None
-
-    @functools.lru_cache(maxsize=4)  # noqa: B019 - a model lives for one request
-    def plausible_error(self, k_p: float, k_d: float) -> tuple[float, float]:
-        """Return the least and the largest metric of its own and the plausible motors, m."""
-        request = self._request
-        metrics = [
-            Bench(motor, self._variant, request.axis, request.metric).measure(
-                np.array([k_p]), np.array([k_d])
-            )[0, 0]
-            for motor in self._motors
-        ]
-        return min(metrics), max(metrics)
 
     def margins(self, k_p: Array, k_d: Array) -> Margins:
         """Return the worst margins of n pairs of gains."""

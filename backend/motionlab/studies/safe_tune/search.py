@@ -34,7 +34,6 @@ _CONSTANT = 0.5  # standard deviation of the logarithm of what the model is off 
 _FEW = 3  # motions below which the hyperparameters stay as they are
 _NOISE = 0.02  # of a motion repeated, and of what a smooth discrepancy cannot follow
 _SMOOTH = (0.1, (0.05, 0.5))  # amplitude of the discrepancy, and its bounds
-_SAME = 1e-3  # of the logarithm of a gain
 _LENGTH = (0.7, (0.35, 2.0))  # its length over ln k: 0.7 is a factor of two
 
 
@@ -122,9 +121,7 @@ def examine(
         gain = np.log(best) - np.log(median[0])
     score = gain / deviation
     improvement = gain * norm.cdf(score) + deviation * norm.pdf(score)
-    apart = np.abs(np.log(gains)[:, None] - np.log(measured.gains)).max(axis=2)
-    new = (apart > _SAME).all(axis=1)  # a motion made again tells nothing but its noise
-    improvement = np.where(holds.all(axis=0) & np.isfinite(median[0]) & new, improvement, 0.0)
+    improvement = np.where(holds.all(axis=0) & np.isfinite(median[0]), improvement, 0.0)
     return Examination(gains, margins, median, high, holds, improvement)
 
 
@@ -136,8 +133,7 @@ def _around(centres: Array, step: float) -> Array:
     places: set[tuple[int, int]] = set()
     for centre in np.log(centres):
         at = np.rint((centre - first) / ratio).astype(int)
-        near = (np.abs(first + ratio * (at + offsets[:, None]) - centre) <= np.log(step) + _SAME).T
-        places |= {(at[0] + i, at[1] + j) for i in offsets[near[0]] for j in offsets[near[1]]}
+        places |= {(at[0] + i, at[1] + j) for i in offsets for j in offsets}
     return np.exp(first + ratio * np.array(sorted(places), dtype=float))
 
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import contextlib
 import importlib.util
 import math
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -30,13 +29,7 @@ from motionlab.studies.safe_tune.documents import (
     SafeTuneDocument,
     SafeTuneRequest,
 )
-from motionlab.studies.safe_tune.measured import (
-    RunMeasured,
-    machine_of,
-    one_machine,
-    read_run,
-    same_but_gains,
-)
+from motionlab.studies.safe_tune.measured import RunMeasured, read_run, same_but_gains
 from motionlab.studies.safe_tune.model import (
     Bench,
     MeasuredLoop,
@@ -49,14 +42,12 @@ from motionlab.studies.study import Source
 from motionlab.timing import CONTROL_PERIOD
 
 Array = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 Progress = Callable[[float, SafeTuneDocument | None], None]
 
 _ERROR = 2.0  # times the first motion's
 _FORCE = 0.9  # of the controller's limit
 _LINES = 300  # of a rehearsal's response
 _BEYOND = 1.001
-_UNLIKE = 0.8  # of the least error of plausible motors
 _SLOW = 1e-4  # m/s
 _LIMITS: tuple[Refusal, ...] = ("margin", "error", "force")
 
@@ -135,10 +126,9 @@ def plan(request: SafeTuneRequest, source: Source | None = None) -> SafeTunePlan
         if request.measure:
             response = _rehearsed(request, machine, variant)
     elif request.response is not None:
-        with _named_response():
-            response = plan_response(
-                ResponseRequest(run=request.response, axis=request.axis, variant=variant)
-            )
+        response = plan_response(
+            ResponseRequest(run=request.response, axis=request.axis, variant=variant)
+        )
         same_but_gains(scenario, response.scenario, variant, request.axis, "response")
     runs = tuple(
         read_run(
@@ -151,14 +141,7 @@ def plan(request: SafeTuneRequest, source: Source | None = None) -> SafeTunePlan
         )
         for k, run in enumerate(request.runs)
     )
-    delays = {each.delay for each in runs}
-    machines = [each.machine for each in runs if each.machine is not None]
-    if request.response is not None and response is not None:
-        delays.add(response.scenario.variants[variant].controller.delay)
-        of_response = machine_of(response.scenario)
-        one_machine([{"plant": each["plant"]} for each in [*machines, of_response]], "response")
-    one_machine(machines, "runs")
-    scenario = _delayed(scenario, variant, delays)
+    scenario = _delayed(scenario, variant, runs)
     linearise(scenario, variant, request.axis, v=_SLOW)
     plausible = plausible_motors(scenario, request)
     # A motion is looked at from 121 gains about it, overlapping ones once, over window and whole.
@@ -191,8 +174,7 @@ def tune_safely(planned: SafeTunePlan, progress: Progress | None = None) -> Safe
             progress(share, document)
 
     tell(0.0)
-    with _named_response():
-        loop = None if planned.response is None else MeasuredLoop(planned.response, request)
+    loop = None if planned.response is None else MeasuredLoop(planned.response, request)
     model = MotorModel(planned.scenario, planned.variant, request, planned.plausible, loop=loop)
     if planned.machine is None:
         return _step(planned, model, list(planned.runs))
@@ -208,24 +190,13 @@ def tune_safely(planned: SafeTunePlan, progress: Progress | None = None) -> Safe
         runs.append(RunMeasured(None, k_p, k_d, *outputs.tolist()))
 
 
-@contextlib.contextmanager
-def _named_response() -> Iterator[None]:
-    """Have errors about the measured run name it as this study does."""
-    try:
-        yield
-    except ConfigError as error:
-        renamed = (
-            replace(each, loc="response") if each.loc == "run" else each for each in error.errors
-        )
-        raise ConfigError(*renamed) from error
-
-
-def _delayed(scenario: Scenario, variant: str, delays: set[int]) -> Scenario:
-    """Return the scenario with the delay of runs and response: on drives it is a period."""
+def _delayed(scenario: Scenario, variant: str, runs: tuple[RunMeasured, ...]) -> Scenario:
+    """Return the scenario with the delay of the runs: on drives it is a period."""
+    delays = {each.delay for each in runs}
     if not delays:
         return scenario
     if len(delays) > 1:
-        message = "and response have different delays, such as a simulation and drives"
+        message = "are of machines with different delays, such as a simulation and drives"
         raise ConfigError(FieldError("runs", message, sorted(delays), unit="periods"))
     owner = scenario.variants[variant]
     controller = owner.controller.model_copy(update={"delay": delays.pop()})
@@ -292,15 +263,15 @@ def _step(planned: SafeTunePlan, model: MotorModel, runs: list[RunMeasured]) -> 
         return _first(planned, model, document, start)
     if best is not None and (made[best].k_p, made[best].k_d) != start:
         document.changes = _changes(planned, made[best].k_p, made[best].k_d)
-    document.warnings += _warnings(runs, kept, limits)
+    if not kept[-1] and math.isfinite(runs[-1].metric):
+        document.warnings.append(
+            f"the last motion went beyond its limits: {_beyond_limits(runs[-1], limits)}"
+        )
     if not math.isfinite(runs[-1].metric):
         document.ended = f"motion {len(runs)} diverged: the machine is not what is known of it"
         return document
     if best is None:
         document.ended = "no motion stayed within the limits of error and force"
-        return document
-    document.ended = _doubted(model, runs[0], document, beyond=not kept.all())
-    if document.ended:
         return document
     seen = examine(model, request, measured, limits)
     document.examined = _examined(seen)
@@ -319,46 +290,6 @@ def _step(planned: SafeTunePlan, model: MotorModel, runs: list[RunMeasured]) -> 
     else:
         document.proposal = _proposal(planned, seen, chosen, promise, gains)
     return document
-
-
-def _warnings(runs: list[RunMeasured], kept: Bools, limits: Limits) -> list[str]:
-    """Return which motions went beyond their limits, and which have gaps."""
-    beyond = [
-        f"motion {k} went beyond its limits: {_beyond_limits(each, limits)}"
-        for k, (each, within) in enumerate(zip(runs, kept, strict=True), 1)
-        if not within and math.isfinite(each.metric)
-    ]
-    return beyond + [
-        f"{100.0 * each.missing:.2g} % of the samples of motion {k} are missing: its largest error "
-        "may be larger"
-        for k, each in enumerate(runs, 1)
-        if each.missing > 0.0
-    ]
-
-
-def _doubted(
-    model: MotorModel, first: RunMeasured, document: SafeTuneDocument, *, beyond: bool
-) -> str:
-    """Return why margins of the scenario's motor tell nothing of the machine, or "".
-
-    More friction makes errors larger and margins no smaller; a smaller error than that of any
-    plausible motor is that of a lighter or stronger machine, whose margins are smaller.
-    """
-    if model.measured:
-        return ""
-    low, high = model.plausible_error(first.k_p, first.k_d)
-    here = (
-        f"motion 1 has an error of {1e6 * first.metric:.4g} um, plausible motors "
-        f"{1e6 * low:.4g} to {1e6 * high:.4g} um"
-    )
-    remedy = "measure a response, or mend the scenario's motor"
-    if first.metric < _UNLIKE * low:
-        return f"{here}: the machine is lighter or stronger than any of them; {remedy}"
-    if beyond:
-        return f"a motion went beyond its limits: the machine is not what is known of it; {remedy}"
-    if first.metric * _UNLIKE > high:
-        document.warnings.append(f"{here}: their margins may not be the machine's")
-    return ""
 
 
 def _first(

@@ -10349,7 +10349,7 @@ export interface components {
             distortion: number[];
             /**
              * Coherence
-             * @description Share of a slide's power that the response explains
+             * @description Share of a slide's power that the response explains, or of the command's that the excitation does, whichever is less; at least 0.5 in the end
              */
             coherence: number[];
         };
@@ -13670,7 +13670,7 @@ export interface components {
             /**
              * Version
              * @description Version that simulated them again
-             * @default 0.1.0.dev1221+g98e2703ca.d20261129
+             * @default 0.1.0.dev1229+g58ab8b275
              */
             version: string;
             /**

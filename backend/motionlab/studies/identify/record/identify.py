@@ -33,7 +33,7 @@ from motionlab.studies.identify.documents import (
 from motionlab.studies.identify.fit import Fitted, stribeck_curve
 from motionlab.studies.identify.record.fit import SLIDING, RecordFit, fit_record
 from motionlab.studies.identify.record.force import force_of
-from motionlab.studies.identify.record.motion import Motion, Motions, motions_of
+from motionlab.studies.identify.record.motion import Motion, Motions, check_sign, motions_of
 from motionlab.studies.identify.record.plan import CURRENTS, AxisColumns, RecordExperiment
 from motionlab.studies.identify.results import (
     UNITS,
@@ -225,6 +225,8 @@ def identify_record(
     ------
     ExperimentFailed
         If an axis moved too little to identify anything from.
+    ConfigError
+        If the sign of a force is reversed.
     """
     rig, true = experiment.rig, experiment.true
     known = {axis: known_document(rig, axis, true) for axis in experiment.axes}
@@ -339,6 +341,7 @@ def _fitted(
     find_mass = experiment.request.record.mass is None
     source = force_of(experiment, axis, columns)
     motions = motions_of(source.record, experiment.bandwidth)
+    check_sign(motions.sliding, "record.force_column", experiment.axes[axis].force)
     fit = fit_record(motions, model, find_mass=find_mass)
     for count in range(1, _ROUNDS):
         at(count / _ROUNDS)

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.errors import ExperimentFailed
+from motionlab.errors import ConfigError, ExperimentFailed, FieldError
 
 Array = NDArray[np.float64]
 
@@ -160,6 +160,12 @@ _ENOUGH = 400
 
 _FEWEST = 100
 """Windows of sliding that a fit needs."""
+
+_ONE_WAY = 0.01
+"""Least share of them in each direction by which friction and a constant force are apart."""
+
+_EXPLAINED = 0.3
+"""Residual, as a share of the friction, below which the sign of the friction is certain."""
 
 
 class Record(NamedTuple):
@@ -358,6 +364,33 @@ def motion_of(
         shares=shares,
         hidden=0.5 * inner.half**2 * _latest(held)[at * step],
     )
+
+
+def check_sign(motion: Motion, loc: str, column: str) -> None:
+    """Refuse a force whose sign is reversed.
+
+    While it slides, ``f = M a + F_c sign(v) + c v + f_0``, and friction takes power from f.
+
+    Raises
+    ------
+    ConfigError
+        If friction gives power, naming `loc` and the column.
+    """
+    sliding = motion.sliding
+    acceleration, v = (motion.of(motion.position, order)[sliding] for order in (2, 1))
+    if min(np.mean(v > 0.0), np.mean(v < 0.0)) < _ONE_WAY:
+        return
+    force = motion.of(motion.force, 0)[sliding]
+    terms = np.stack([np.sign(v), v, acceleration, np.ones(len(v))], axis=1)
+    terms /= np.maximum(np.linalg.norm(terms, axis=0), np.finfo(float).tiny)
+    sizes = np.linalg.lstsq(terms, force, rcond=None)[0]
+    friction, rest = terms[:, :2] @ sizes[:2], force - terms @ sizes
+    if friction @ v < 0.0 and np.linalg.norm(rest) < _EXPLAINED * np.linalg.norm(friction):
+        message = (
+            "acts along the motion, where the force that overcomes friction acts against it: its "
+            "sign is reversed; import it turned around, such as by --map 'f=M.x.thrust[-1 N]'"
+        )
+        raise ConfigError(FieldError(loc, message, column))
 
 
 def _rms(position: Array, missing: Mask, window: Window, order: int) -> float:
