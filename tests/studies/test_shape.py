@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
 import numpy as np
@@ -202,7 +203,15 @@ def test_a_margin_beyond_the_highest_frequency_is_not_taken_for_kept() -> None:
     """The mode at 240 Hz lies beyond: a loop that seems stiff enough would oscillate at it."""
     document = shaped(**RESONANT | {"high": 120.0, "step": 2.08})
     assert document.changes == {}
-    assert any("gain margin up" in note for note in document.notes)
+    (note,) = (each for each in document.notes if "gain margin up" in each)
+    assert re.search(r"is not known: up to 1[012]\d(\.\d)? Hz.*shake more above", note)
+
+
+def test_a_second_run_that_has_nothing_to_check_is_noted() -> None:
+    low = kept({"trajectory.high": 120.0})
+    document = shaped(axis="x", variant="A", run=low, high=120.0, second_run=low)
+    assert (document.changes, document.check) == ({}, None)
+    assert any("the second run was not read" in note for note in document.notes)
 
 
 def test_what_cannot_be_shaped_is_refused() -> None:

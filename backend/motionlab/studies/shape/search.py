@@ -29,6 +29,8 @@ WORTH = 0.5
 """Least gain in stiffness of an added filter, dB."""
 _EVALUATIONS = 240
 _LEAST_BELOW = 3  # frequencies over which the compliance is averaged
+GAIN_MARGIN = "the gain margin up"
+"""As `Search.worst` names it."""
 _PENALTY = 400.0  # dB for a margin that is missed by its whole size
 _ROOM = 0.005  # share of a margin that is kept beside it, or the search would end just beyond
 _DECIBEL = 20.0 / math.log(10.0)
@@ -130,6 +132,12 @@ class Search:
         """Return which limit a shape misses most."""
         shares = self._shares(self.open(shape))
         return max(shares, key=lambda name: shares[name])
+
+    def without_gain_margin_up_to(self, shape: Shape) -> float | None:
+        """Return the highest frequency, Hz, if the phase reaches -180 degrees at none."""
+        f = self._controllers.frequency
+        unknown = measured_margins(f, self.open(shape))["gain_margin"] is None
+        return float(f[-1]) if unknown else None
 
     def best(self, resonances: list[Resonance], places: list[str]) -> Proposal:
         """Return the best gains with the filters that are worth adding.
@@ -257,7 +265,7 @@ class Search:
             missed["the phase margin"] = 1.0 - (phase - here) / limits.phase_margin
         least = math.log(limits.gain_margin)
         for name, title, sign in (
-            ("gain_margin", "the gain margin up", 1.0),
+            ("gain_margin", GAIN_MARGIN, 1.0),
             ("gain_reduction", "the gain margin down", -1.0),
         ):
             if name == "gain_margin" and at[name] is None:

@@ -34,7 +34,7 @@ from motionlab.studies.shape.documents import (
     ShapeRequest,
 )
 from motionlab.studies.shape.resonances import significant
-from motionlab.studies.shape.search import Limits, Search
+from motionlab.studies.shape.search import GAIN_MARGIN, Limits, Search
 from motionlab.studies.study import Source
 
 Array = NDArray[np.float64]
@@ -251,10 +251,19 @@ def _notes(
     if not better:
         notes.append("nothing within the limits is stiffer than what was measured")
     if not search.keeps(before):
-        notes.append(
-            f"the loop that was measured does not keep {search.worst(before)} itself, at the worse "
-            "end of its interval"
-        )
+        worst, highest = search.worst(before), search.without_gain_margin_up_to(before)
+        if worst == GAIN_MARGIN and highest is not None:
+            notes.append(
+                f"the gain margin up is not known: up to {highest:.4g} Hz, the highest frequency "
+                "that is sure, the phase does not reach -180 degrees; shake more above"
+            )
+        else:
+            notes.append(
+                f"the loop that was measured does not keep {worst} itself, at the worse end of its "
+                "interval"
+            )
+    if not better and planned.request.second_run is not None:
+        notes.append("nothing is proposed, so that the second run was not read")
     step = planned.request.step
     near = [
         name

@@ -387,7 +387,7 @@ def check_sign(motion: Motion, loc: str, column: str) -> None:
     friction, rest = terms[:, :2] @ sizes[:2], force - terms @ sizes
     if friction @ v < 0.0 and np.linalg.norm(rest) < _EXPLAINED * np.linalg.norm(friction):
         message = (
-            "acts along the motion, where the force that overcomes friction acts against it: its "
+            "acts against the motion, where a force that overcomes friction acts along it: its "
             "sign is reversed; import it turned around, such as by --map 'f=M.x.thrust[-1 N]'"
         )
         raise ConfigError(FieldError(loc, message, column))
