@@ -20,6 +20,7 @@ from motionlab.library.library import library
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.run import run
 from motionlab.studies.response import recorded
+from motionlab.studies.response.controller_check import OTHER
 from motionlab.studies.response.documents import MeasuredResponse, ResponseRequest
 from motionlab.studies.response.estimate import Slides, estimate
 from motionlab.studies.response.margins import intervals, measured_margins
@@ -362,9 +363,10 @@ def test_a_measurement_of_a_machine_tells_its_response(
     ratio = np.array(document.plant.magnitude)[here] / magnitude
     assert here.sum() > 15
     assert np.abs(20.0 * np.log10(ratio)).max() < 0.6
-    reverses, controller, rate = document.warnings
+    reverses, other, controller, rate = document.warnings
     assert reverses.startswith("it reverses 8 times")
     assert reverses.endswith("without a reversal is from 8.782 s to 11.218 s")
+    assert other.startswith(OTHER)
     assert "no controller" in controller
     assert "1000 Hz" in rate
     of_run = {"run": document.run, "axis": "x"}

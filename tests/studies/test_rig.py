@@ -10,12 +10,14 @@ import re
 import shlex
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from motionlab.cli.main import main
+from motionlab.studies.response.controller_check import OTHER
 from tests.paths import ROOT
 
 PAGE = (ROOT / "docs" / "rig.md").read_text()
@@ -33,7 +35,7 @@ def printed(command: str) -> str:
 
 
 @pytest.fixture(scope="module")
-def answers(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+def answers(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, Any]]:
     """Of every command, in its order: what it prints, or its document."""
     with contextlib.chdir(tmp_path_factory.mktemp("rig")):
         (toml,) = re.findall(r"^```toml\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
@@ -44,7 +46,7 @@ def answers(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
             study = each.split()[1] in {"friction-models", "response", "shape"}
             text = printed(each + " --json" if study else each)
             made[each] = json.loads(text) if study else text
-        return made
+        yield made
 
 
 def of(answers: dict[str, Any], start: str, *words: str) -> Any:
@@ -97,3 +99,42 @@ def test_the_gains_proposed_are_confirmed_by_a_second_log(answers: dict[str, Any
     (gain,) = re.findall(r"gain margin (\S+) dB", again)
     measured = 20.0 * math.log10(result["check"]["margins"]["gain_margin"]["value"])
     assert measured == pytest.approx(float(gain), abs=0.3)
+
+
+A = "--axis x --variant A --from 24.5 --to 33.5 --lines 100"
+
+
+@pytest.mark.parametrize(
+    ("said", "note"),
+    [
+        ("", ""),
+        ("--set variants.A.controller.x.k_p=30000", "it differs by"),
+        ("--set variants.A.controller.delay=1", "it is 0.5 ms earlier, as a command"),
+        (
+            "--set variants.A.controller.x.k_p=45000 --set variants.A.controller.x.k_d=550",
+            "it is 2 times that",
+        ),
+    ],
+)
+@pytest.mark.usefixtures("answers")
+def test_a_controller_that_did_not_run_is_noted(said: str, note: str) -> None:
+    document = json.loads(printed(f"motionlab response rig.toml --run rig {A} {said} --json"))
+    there = [each for each in document["warnings"] if each.startswith(OTHER)]
+    assert bool(there) == bool(note)
+    assert all(note in each for each in there)
+
+
+@pytest.mark.usefixtures("answers")
+def test_a_force_of_the_other_sign_is_refused() -> None:
+    printed("motionlab import rig.csv --name turned --map 'force=M.x.thrust[-1 N]'")
+    with contextlib.redirect_stderr(io.StringIO()) as text:
+        assert main(shlex.split(f"response rig.toml --run turned {A}")) != 0
+    assert "force_column: acts against the following error" in text.getvalue()
+
+
+@pytest.mark.usefixtures("answers")
+def test_a_second_record_with_the_old_gains_confirms_nothing() -> None:
+    text = printed(f"motionlab shape rig.toml --run rig --second-run rig {A} --json")
+    check = json.loads(text)["check"]
+    assert not check["holds"]
+    assert OTHER in check["text"]

@@ -170,7 +170,7 @@ def test_a_run_is_shaped_on_and_checked_by_a_second(capsys: pytest.CaptureFixtur
     other = shaped(**on_run, second_run=first).check
     assert other is not None
     assert not other.holds
-    assert "not of the same motor under the proposed controller" in other.text
+    assert "not of this motor under the proposed controller" in other.text
     second = kept(document.changes)
     checked = shaped(**on_run, second_run=second).check
     assert checked is not None

@@ -6,7 +6,6 @@ import operator
 from collections.abc import Callable, Iterator
 from typing import Literal, NamedTuple
 
-import pyarrow as pa
 from pydantic import BaseModel, Field
 
 from motionlab import __version__
@@ -150,6 +149,8 @@ def replay_one(
     library: Library, run: Run, progress: Callable[[float], None], hold: Callable[[int], None]
 ) -> RunReplay:
     """Simulate a run again, or say why it cannot be."""
+    from pyarrow import ArrowException  # noqa: PLC0415 - the server starts without it
+
     answer = RunReplay(run=run.id, name=run.name, outcome="not replayable")
     try:
         prepared = again(library.complete(run.id))
@@ -162,7 +163,7 @@ def replay_one(
     except MotionLabError as error:
         answer.reasons = str(error).splitlines()
         return answer
-    except (OSError, pa.ArrowException) as error:
+    except (OSError, ArrowException) as error:
         answer.reasons = [f"its telemetry cannot be read: {error}"]
         return answer
     if not comparison.ticks or not comparison.channels:

@@ -171,7 +171,7 @@ def plan(request: ResponseRequest, source: Source | None = None) -> ResponsePlan
     if slides < least:
         message = f"is too short: {least} slides of {slide:.3g} s are needed"
         raise ConfigError(
-            FieldError("seconds", message, request.seconds, f">= {least * slide:.3g}", "s")
+            FieldError("seconds", message, request.seconds, f">= {math.ceil(least * slide)}", "s")
         )
     loop = linearise(scenario, variant, request.axis, v=velocity)
     friction = sliding_force(parameters(scenario, variant, request.axis).friction, velocity)

@@ -35,6 +35,7 @@ from motionlab.studies.record.part import (
     rounded,
     without_gaps,
 )
+from motionlab.studies.response.controller_check import controller_notes
 from motionlab.studies.response.documents import ResponseRequest
 from motionlab.studies.response.estimate import Estimate, Slides, estimate
 from motionlab.studies.response.spectral import Signals, lines_between, local_estimate
@@ -329,6 +330,9 @@ def _of_any(planned: RecordedPlan, columns: Columns) -> RecordedEstimate:
     seconds = len(position) * period
     warnings = (*notes,) if planned.columns[0] else (*notes, _DIRECT)
     if not planned.own:
+        if signals.referred:
+            of_force = "force_column"
+            warnings += (*controller_notes(signals, frequency, loop, of_force),)
         warnings += (
             f"a measurement has no controller: margins are those of {planned.variant} of the "
             f"scenario {planned.scenario.name}",

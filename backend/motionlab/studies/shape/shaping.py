@@ -14,6 +14,7 @@ from motionlab.config.changes import apply_changes
 from motionlab.errors import ConfigError, FieldError
 from motionlab.studies.loop.frequency_sweep import LoopCurve, loop_curve
 from motionlab.studies.record.part import kept_run
+from motionlab.studies.response.controller_check import OTHER
 from motionlab.studies.response.documents import MarginInterval, MeasuredResponse, ResponseRequest
 from motionlab.studies.response.margins import NAMES, intervals, measured_margins
 from motionlab.studies.response.measure import ResponsePlan, measure
@@ -309,14 +310,17 @@ def _check(
         if not second.own:  # a measurement has no controller: it is taken to have the proposed one
             second = _plan_second(request, planned.source, document.changes)
         measured = measure(second)
-        different = _differences(planned, second, document.changes) if second.own else []
+        if second.own:
+            different = _differences(planned, second, document.changes)
+        else:
+            different = [each for each in measured.warnings if each.startswith(OTHER)]
     margins = {
         name: each.model_copy(update={"model": document.margins[name].value})
         for name, each in measured.margins.items()
     }
     missed = _missed(request, margins, measured.frequency[-1])
     if different:
-        text = "the run is not of the same motor under the proposed controller: " + "; ".join(
+        text = "the second run is not of this motor under the proposed controller: " + "; ".join(
             different
         )
     elif missed:

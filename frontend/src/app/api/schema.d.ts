@@ -13670,7 +13670,7 @@ export interface components {
             /**
              * Version
              * @description Version that simulated them again
-             * @default 0.1.0.dev1229+g58ab8b275
+             * @default 0.1.0.dev1231+g5541bf0eb.d20261129
              */
             version: string;
             /**
