@@ -60,7 +60,7 @@ def drawn(random: random.Random, entry: FieldEntry, value: Any) -> Any:
 
 def cases() -> list[Scenario]:
     """Return shipped scenarios with drawn values of plant and controllers."""
-    draw, entries = random.Random(36), fields_of(Scenario)
+    draw, entries = random.Random(40), fields_of(Scenario)  # draws every law
     scenarios = []
     for name in names("scenarios"):
         shipped = load_scenario(name)

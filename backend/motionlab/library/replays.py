@@ -56,7 +56,9 @@ class RunReplay(BaseModel):
 class Replays(BaseModel):
     """Kept runs simulated again: those that moved most first, the identical ones last."""
 
-    version: str = Field(default=__version__, description="Version that simulated them again")
+    version: str = Field(
+        default_factory=lambda: __version__, description="Version that simulated them again"
+    )
     model: str = Field(description="Hash of the model's sources")
     processor: str
     total: int = Field(description="Runs that the search finds")

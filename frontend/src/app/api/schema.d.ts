@@ -13670,9 +13670,8 @@ export interface components {
             /**
              * Version
              * @description Version that simulated them again
-             * @default 0.1.0.dev1231+g5541bf0eb.d20261129
              */
-            version: string;
+            version?: string;
             /**
              * Model
              * @description Hash of the model's sources
