@@ -104,7 +104,7 @@ function ends({ open, plant }: MeasuredLoop, part: 'magnitude' | 'phase') {
 }
 
 /** Margins of a measured loop as a sentence. */
-export function measuredText({ margins, velocity, seconds }: MeasuredLoop): string {
+export function measuredText({ margins, velocity, seconds, crossings }: MeasuredLoop): string {
   const of = (
     name: string,
     title: string,
@@ -125,7 +125,9 @@ export function measuredText({ margins, velocity, seconds }: MeasuredLoop): stri
       : []),
   ];
   const minute = `${digits(seconds)} s of sliding at ${digits(velocity * 1e3)} mm/s`;
-  return `Measured in ${minute}: ${margin.join(', ')}. In brackets 95 % intervals.`;
+  const all = crossings.map((at) => `${digits(at.frequency)} Hz (${inDegrees(at.phase_margin)}°)`);
+  const several = all.length > 1 ? ` It crosses 1 at ${all.join(', ')}.` : '';
+  return `Measured in ${minute}: ${margin.join(', ')}. In brackets 95 % intervals.${several}`;
 }
 
 /** The model that was fitted to a measured plant, as a sentence; empty where there is none. */
