@@ -346,10 +346,10 @@ def test_commissioning_goes_step_by_step(shown: Page, drive: VirtualDrive) -> No
     for axis, force in (("x", -12.0), ("y", 12.0)):
         drive.switch(push={"axis": axis, "force": force, "time": 0.1})
     expect(panel).to_contain_text("both signs right")
-    expect(panel).to_contain_text("3 of 8 done")
+    expect(panel).to_contain_text("3 of 9 done")
     a_step_is_stopped(shown, panel)
     shown.reload()
-    expect(panel).to_contain_text("3 of 8 done")  # the server keeps it
+    expect(panel).to_contain_text("3 of 9 done")  # the server keeps it
     shown.emulate_media(media="print")
     on_paper = shown.locator("article")
     expect(on_paper).to_contain_text("Commissioning of Virtual drive")
@@ -357,12 +357,12 @@ def test_commissioning_goes_step_by_step(shown: Page, drive: VirtualDrive) -> No
     expect(panel).to_be_hidden()
     shown.emulate_media(media="screen")
     shown.get_by_role("button", name="Again: Identity and limits").click()
-    expect(panel).to_contain_text("2 of 8 done")
+    expect(panel).to_contain_text("2 of 9 done")
     expect(panel).not_to_contain_text("both signs right")
     with shown.expect_download() as document:
         button(shown, "Download")
     button(shown, "Start over")
-    expect(panel).to_contain_text("0 of 8 done")
+    expect(panel).to_contain_text("0 of 9 done")
     expect(kept).to_have_count(0)
     written = json.loads(document.value.path().read_text())
     written["taken"][0]["then"] = 1.0
@@ -374,7 +374,7 @@ def test_commissioning_goes_step_by_step(shown: Page, drive: VirtualDrive) -> No
     shown.get_by_label("Commissioning document").set_input_files(forged)
     expect(shown.get_by_text("was changed since it was found")).to_be_visible()
     shown.get_by_role("button", name="Dismiss message").click()
-    expect(panel).to_contain_text("0 of 8 done")
+    expect(panel).to_contain_text("0 of 9 done")
     shown.get_by_label("Commissioning document").set_input_files(document.value.path())
-    expect(panel).to_contain_text("2 of 8 done")
+    expect(panel).to_contain_text("2 of 9 done")
     expect(kept).to_be_visible()
