@@ -65,9 +65,9 @@ def moved(
     x = v = x_load = v_load = z = acting = earlier = 0.0
     dt, kept = 1.0 / (RATE * SUBSTEPS), math.exp(-1.0 / (RATE * SUBSTEPS * LAG))
     position, force = np.empty(len(time)), np.empty(len(time))
-    for k, (wanted, normal) in enumerate(zip(reference.tolist(), clamp.tolist(), strict=True)):
+    for k, (target, normal) in enumerate(zip(reference.tolist(), clamp.tolist(), strict=True)):
         measured = round(x / COUNT) * COUNT
-        error = wanted - measured
+        error = target - measured
         command = k_p * error + k_d * (error - earlier) * RATE
         earlier = error
         position[k], force[k] = measured, command

@@ -57,8 +57,8 @@ def of(answers: dict[str, Any], start: str, *words: str) -> Any:
 
 def truth(answers: dict[str, Any], pattern: str) -> list[float]:
     """Return numbers that the machine of the first log says of itself."""
-    said = answers[".venv/bin/python examples/rig.py"]
-    return [float(each) for each in re.findall(pattern, said)]
+    text = answers[".venv/bin/python examples/rig.py"]
+    return [float(each) for each in re.findall(pattern, text)]
 
 
 def test_the_friction_is_that_of_the_machine(answers: dict[str, Any]) -> None:
@@ -105,7 +105,7 @@ A = "--axis x --variant A --from 24.5 --to 33.5 --lines 100"
 
 
 @pytest.mark.parametrize(
-    ("said", "note"),
+    ("options", "note"),
     [
         ("", ""),
         ("--set variants.A.controller.x.k_p=30000", "it differs by"),
@@ -117,8 +117,8 @@ A = "--axis x --variant A --from 24.5 --to 33.5 --lines 100"
     ],
 )
 @pytest.mark.usefixtures("answers")
-def test_a_controller_that_did_not_run_is_noted(said: str, note: str) -> None:
-    document = json.loads(printed(f"motionlab response rig.toml --run rig {A} {said} --json"))
+def test_a_controller_that_did_not_run_is_noted(options: str, note: str) -> None:
+    document = json.loads(printed(f"motionlab response rig.toml --run rig {A} {options} --json"))
     there = [each for each in document["warnings"] if each.startswith(OTHER)]
     assert bool(there) == bool(note)
     assert all(note in each for each in there)

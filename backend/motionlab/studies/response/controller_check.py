@@ -29,7 +29,7 @@ _LATE = 3.0  # periods to either side within which a shift of the force is looke
 _SHIFTS = 241
 
 
-def controller_notes(signals: Signals, frequency: Array, loop: Loop, loc: str) -> list[str]:
+def controller_notes(signals: Signals, frequency: Array, loop: Loop) -> list[str]:
     """Return a note where a measurement was not controlled as the scenario says.
 
     Parameters
@@ -40,8 +40,6 @@ def controller_notes(signals: Signals, frequency: Array, loop: Loop, loc: str) -
         Hz, of `lines_between`.
     loop : Loop
         With the scenario's controller.
-    loc : str
-        Field of the force column.
 
     Raises
     ------
@@ -69,7 +67,7 @@ def controller_notes(signals: Signals, frequency: Array, loop: Loop, loc: str) -
             "acts against the following error: its sign is reversed. Turn it around where it is "
             "imported, such as by the unit -1 N"
         )
-        raise ConfigError(FieldError(loc, message))
+        raise ConfigError(FieldError("force_column", message))
     wrong = []
     if abs(math.log(size)) > _ALIKE:
         wrong.append(f"{size:.4g} times that, by the unit of a column or the gains")

@@ -331,8 +331,7 @@ def _of_any(planned: RecordedPlan, columns: Columns) -> RecordedEstimate:
     warnings = (*notes,) if planned.columns[0] else (*notes, _DIRECT)
     if not planned.own:
         if signals.referred:
-            of_force = "force_column"
-            warnings += (*controller_notes(signals, frequency, loop, of_force),)
+            warnings += (*controller_notes(signals, frequency, loop),)
         warnings += (
             f"a measurement has no controller: margins are those of {planned.variant} of the "
             f"scenario {planned.scenario.name}",
