@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -249,6 +250,15 @@ def test_a_file_that_was_refused_at_the_start_is_taken_once_it_can_be(lab: Lab) 
     assert any("another law" in each for each in lab.laws()["refused"])
     assert lab.save(template("late"), "late.py")["law"] == "late"
     assert lab.laws()["refused"] == []
+
+
+def test_an_empty_file_is_about_to_be_written(lab: Lab) -> None:
+    file = lab.folder / "mine.py"
+    file.write_text("")
+    os.utime(file, (0, 0))  # long ago: a disk may be busy between the two steps of a write
+    time.sleep(0.5)
+    assert lab.events() == [] and not lab.entry()["problem"]
+    assert lab.save(TWO)["reason"] == ""
 
 
 def test_another_name_is_refused(lab: Lab) -> None:

@@ -12,7 +12,6 @@ import hashlib
 import logging
 import os
 import re
-import time
 from contextlib import AsyncExitStack
 from pathlib import Path
 
@@ -37,7 +36,6 @@ from motionlab.server.live.sessions import Sessions
 from motionlab.simulation.simulation import Simulation
 
 _PERIOD = 0.1  # s between looks at the files
-_WRITTEN = 2_000_000_000  # ns after which an empty file is not one that is about to be written
 _DIGITS = 6  # of a jump of force, N
 _ON_DRIVES = "drives keep the version with which their loop began"
 _BESIDE_DRIVES = (
@@ -318,6 +316,6 @@ def _stamp(path: Path) -> _Stamp | None:
         status = path.stat()
     except OSError:
         return None  # between two versions, or gone: the one that runs stays
-    if status.st_size == 0 and time.time_ns() - status.st_mtime_ns < _WRITTEN:
-        return None
+    if status.st_size == 0:
+        return None  # about to be written, however long a busy disk takes
     return status.st_mtime_ns, status.st_size

@@ -320,9 +320,9 @@ def _slowed(body: SlowRequest) -> SlowedTrajectory:
 def _trajectory(body: SlowRequest | WriteRequest) -> TrajectoryConfig:
     """Return the trajectory, planned for the scenario's motor if it is time-optimal."""
     trajectory = validate_trajectory(body.trajectory)
+    (_, scenario), *_ = _epochs_of(json.dumps([body.scenario, body.set]))
     if not needs_plan(trajectory):
         return trajectory
-    (_, scenario), *_ = _epochs_of(json.dumps([body.scenario, body.set]))
     return trajectory.model_copy(update={"planned_for": planned_for(scenario)})
 
 
