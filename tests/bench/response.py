@@ -19,7 +19,7 @@ _SEEDS, _LONG = 8, 1500.0  # measurements of a minute; s of the one that they ar
 _SIGNALS = ({"signal": "noise"}, {"signal": "chirp"}, {"signal": "stepped-sine", "lines": 10})
 _COHERENT = 0.9
 _DECIBELS, _DEGREES = 0.5, 3.0
-_HELD = 0.93, 0.97
+_HELD, _CERTAIN = (0.93, 0.97), 0.95
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -113,17 +113,22 @@ def _coverage(scenario: str, axis: str, minutes: list[MeasuredResponse]) -> Row:
 
 
 def _margins() -> Row:
-    """Return how many linearised margins lie within the intervals of a measured minute."""
+    """Return how many linearised margins lie within the intervals of measured minutes.
+
+    A margin that neither loop has counts for nothing.
+    """
     held = []
     for scenario, axis in _MOTORS:
-        for each in _measured(scenario, axis).margins.values():
-            ends, model = each.interval, each.model
-            held.append(ends is not None and model is not None and ends[0] <= model <= ends[1])
+        for seed in range(_SEEDS):
+            for each in _measured(scenario, axis, seed=seed).margins.values():
+                ends, model = each.interval, each.model
+                if each.value is not None or model is not None:
+                    held.append(bool(ends and model and ends[0] <= model <= ends[1]))
     return Row(
         "linearised margins within intervals",
-        "all",
+        f">= {_CERTAIN:.0%}",
         f"{sum(held)} of {len(held)}",
-        f"{len(_MOTORS)} motors",
+        f"{len(_MOTORS)} motors, {_SEEDS} minutes each",
         "",
-        all(held),
+        bool(np.mean(held) >= _CERTAIN),
     )

@@ -22,7 +22,7 @@ from motionlab.simulation.run import run
 from motionlab.studies.response import recorded
 from motionlab.studies.response.controller_check import OTHER
 from motionlab.studies.response.documents import MeasuredResponse, ResponseRequest
-from motionlab.studies.response.estimate import Slides, estimate
+from motionlab.studies.response.estimate import Slides, Smaller, estimate
 from motionlab.studies.response.margins import intervals, measured_margins
 from motionlab.studies.response.measure import ResponsePlan, measure, plan
 from motionlab.trajectories.multisine import Lines, excitation
@@ -172,6 +172,41 @@ def test_an_interval_holds_the_response_as_often_as_it_says() -> None:
     assert np.median(made.noise / made.deviation) == pytest.approx(0.5, abs=0.05)
 
 
+def test_slides_of_a_smaller_excitation_tell_what_that_changes() -> None:
+    rng = np.random.default_rng(2)
+    count, lines = 14, 60
+    smaller = np.arange(count) >= count - 2
+    R = np.exp(2j * np.pi * rng.random((count, lines))) * np.where(smaller, 0.5, 1.0)[:, None]
+    P = (2.0 - 1.0j) * np.where(smaller, 1.1 * np.exp(0.05j), 1.0)[:, None]
+    forward = np.arange(count) % 2 == 0
+    U = R + np.where(forward, 3.0, 1.0j)[:, None]
+    noise = rng.standard_normal((count, lines)) + 1j * rng.standard_normal((count, lines))
+    Y = P * R + np.where(forward, 1.0j, 2.0)[:, None] + 0.02 * noise
+    made = estimate(Slides(R, U[:, None], Y[:, None].repeat(2, 1), forward, None, smaller))
+    assert made.response == pytest.approx(np.full(lines, 2.0 - 1.0j), rel=0.03)
+    assert made.smaller is not None
+    assert abs(made.smaller.ratio - 1.1 * np.exp(0.05j)) < 3.0 * made.smaller.error < 0.03
+
+
+@pytest.mark.parametrize("axis", ["x", "y"])
+def test_half_of_the_force_widens_the_intervals_of_margins(axis: str) -> None:
+    """The linearised loop, for a vanishing force, has its margins within."""
+    result = found(scenario="circle-matched", axis=axis, seconds=60.0)
+    assert result.half_force is not None
+    assert result.half_force.gain - 1.0 > 2.0 * result.half_force.interval > 0.0
+    for name, each in result.margins.items():
+        if each.model is not None:
+            assert each.interval is not None
+            low, high = each.interval
+            assert low < each.model < high, name
+
+
+def test_a_margin_between_lines_far_apart_is_noted() -> None:
+    many, few = (found(scenario="circle", axis="x", lines=lines).warnings for lines in (40, 9))
+    assert not any("far apart" in each for each in many)
+    assert any("far apart" in each for each in few), few
+
+
 def test_the_plant_of_a_motor_is_its_linearisation(x_of_circle: MeasuredResponse) -> None:
     ratio = complex_of(x_of_circle.plant) / complex_of(x_of_circle.linearised_plant)
     sure = np.array(x_of_circle.plant.coherence) > 0.9
@@ -230,6 +265,10 @@ def test_margins_of_a_loop_that_is_known() -> None:
     assert margins["phase_margin"] == pytest.approx(np.pi / 2.0 - 2.0 * np.arctan(w / a), abs=2e-3)
     spread = intervals(f, L, np.abs(L) * 0.01, seed=0)["gain_margin"]
     assert spread is not None and spread[0] < 2.0 * a**3 / k < spread[1]
+    stiffer = Smaller(1.1, 0.001)
+    wider = intervals(f, L, np.abs(L) * 0.01, seed=0, smaller=stiffer)["gain_margin"]
+    assert wider is not None
+    assert wider == pytest.approx((spread[0] / 1.1, spread[1]), rel=0.01)
 
 
 @pytest.mark.parametrize(

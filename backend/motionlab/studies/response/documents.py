@@ -128,10 +128,18 @@ class MarginInterval(BaseModel):
 
     value: float | None = Field(description="As measured; null where there is none")
     interval: tuple[float, float] | None = Field(
-        description="95 % interval; null before the last slide, and where some loop within its "
-        "errors has none"
+        description="95 % interval, for any force between that of the experiment and half of it; "
+        "null before the last slide, and where some loop within its errors has none"
     )
     model: float | None = Field(description="Of the linearised loop at the same frequencies")
+
+
+class HalfForce(BaseModel):
+    """What half of the force changes, in the mean of all lines."""
+
+    gain: float = Field(description="Magnitude of the plant, over that with all of the force")
+    phase: float = si("Of the plant, less that with all of the force", "rad")
+    interval: float = Field(description="Half of the 95 % interval: of `gain`, and of `phase`, rad")
 
 
 class Crossing(BaseModel):
@@ -198,6 +206,10 @@ class MeasuredResponse(FrequencySweepDocument):
     margins: dict[str, MarginInterval] = Field(
         description="crossover, Hz, phase_margin, rad, gain_margin and gain_reduction: factors by "
         "which the gain may grow, and to which it may fall, before the loop is unstable"
+    )
+    half_force: HalfForce | None = Field(
+        default=None,
+        description="From two further slides; null before them, of a run and of stepped sines",
     )
     crossings: list[Crossing] = Field(
         description="All crossovers of the measured loop, the lowest first"

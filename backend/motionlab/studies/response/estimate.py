@@ -6,7 +6,7 @@ differ by noise alone; slides, whose phases are drawn anew, by what is not linea
 robust method of Pintelon and Schoukens, System Identification, 2nd ed., chapter 4). What slides in
 one direction have in common besides R, such as ripple over the pole pitch, is fitted as a constant.
 Where ripple changes from period to period, and periods do not show noise alone, a slide without an
-excitation tells the noise.
+excitation tells the noise. Slides of a smaller excitation tell whether the response depends on it.
 """
 
 from __future__ import annotations
@@ -60,6 +60,8 @@ class Slides:
         Direction of each slide.
     quiet : Quiet, optional
         Noise; without it that of the periods.
+    smaller : ndarray of bool, shape (slides,), optional
+        Slides that do not count for the response, since their excitation is smaller.
     """
 
     excitation: Complex
@@ -67,6 +69,31 @@ class Slides:
     position: Complex
     forward: NDArray[np.bool_]
     quiet: Quiet | None = None
+    smaller: NDArray[np.bool_] | None = None
+
+
+@dataclass(frozen=True)
+class Smaller:
+    """How the response to a smaller excitation differs, in the mean of all lines.
+
+    Attributes
+    ----------
+    ratio : complex
+        Of that response to the other.
+    error : float
+        Its standard error as a complex number; grows with the scatter of lines.
+    """
+
+    ratio: complex
+    error: float
+
+    @classmethod
+    def mean(cls, ratios: Complex, deviations: Array) -> Smaller:
+        """Return it of the ratios of all lines, and their standard deviations."""
+        weights = deviations**-2.0
+        ratio = complex(np.average(ratios, weights=weights))
+        scatter = np.average(np.abs(ratios - ratio) ** 2 / deviations**2)
+        return cls(ratio, float(np.sqrt(max(1.0, scatter) / weights.sum())))
 
 
 @dataclass(frozen=True)
@@ -86,6 +113,8 @@ class Estimate:
         that the excitation does where that is less.
     freedom : int
         Degrees of freedom of `deviation`.
+    smaller : Smaller, optional
+        What a smaller excitation changes, where slides show that.
     """
 
     response: Complex
@@ -93,6 +122,7 @@ class Estimate:
     noise: Array
     coherence: Array
     freedom: int
+    smaller: Smaller | None = None
 
     @property
     def half_width(self) -> Array:
@@ -117,21 +147,31 @@ def estimate(slides: Slides, around: Sequence[tuple[int, int]] | None = None) ->
     if around is None:
         around = [(k, 0) for k in range(slides.excitation.shape[1])]
     columns = [_line(slides, common, k, half) for k, half in around]
-    response, deviation, noise, coherence, free = map(np.array, zip(*columns, strict=True))
-    return Estimate(response, deviation, noise, coherence, 2 * int(free.min()))
+    response, deviation, noise, coherence, free, ratio, doubt = map(
+        np.array, zip(*columns, strict=True)
+    )
+    smaller = None if slides.smaller is None else Smaller.mean(ratio, doubt)
+    return Estimate(response, deviation, noise, coherence, 2 * int(free.min()), smaller)
 
 
 def _line(
     slides: Slides, common: Array, k: int, half: int
-) -> tuple[complex, float, float, float, int]:
-    """Return response, deviation, noise as it is in it, coherence, and degrees of freedom."""
+) -> tuple[complex, float, float, float, int, complex, float]:
+    """Return response, deviation, noise as it is in it, coherence, and degrees of freedom.
+
+    Then the ratio of the response to a smaller excitation, and its deviation.
+    """
     here = slice(k - half, k + half + 1)
     means = slides.command[:, :, here].mean(axis=1), slides.position[:, :, here].mean(axis=1)
-    apart = np.stack([slides.excitation[:, here], *means])
+    smaller = np.zeros(len(common), bool) if slides.smaller is None else slides.smaller
+    excitation = slides.excitation[:, here]
+    apart = np.stack([excitation, *means, excitation * smaller[:, None]])
     apart -= common @ (np.linalg.pinv(common) @ apart)
     powers = (np.arange(-half, half + 1) / max(half, 1))[:, None] ** np.arange(min(half, 2) + 1)
-    R, U, Y = (each.ravel() for each in apart)
+    R, U, Y, more = (each.ravel() for each in apart)
     design = (apart[0][..., None] * powers).reshape(len(R), -1)
+    if smaller.any():
+        design = np.column_stack([design, more])
     inverse = np.linalg.pinv(design)
     size = float((np.abs(inverse[0]) ** 2).sum())
     of_u, of_y = inverse @ U, inverse @ Y
@@ -146,16 +186,24 @@ def _line(
         silent = slides.quiet.position[:, k] - response * slides.quiet.command[:, k]
         of_noise = np.median(np.abs(silent) ** 2) / np.log(2.0)  # single bins have ripple
     scale = size / np.abs(of_u[0]) ** 2
-    power = float(np.mean(np.abs(slides.excitation[:, k]) ** 2))
+    power = float(np.mean(np.abs(slides.excitation[~smaller, k]) ** 2))
     own = float((np.abs(U - design @ of_u) ** 2).sum()) / free
     # Where feedback makes the command of noise, P is -1/C, which explains that noise: U counts too.
     coherence = min(explained_share(of_y[0], power, variance), explained_share(of_u[0], power, own))
+    ratio, apart_from = complex(1.0), 0.0
+    if smaller.any():
+        command = of_u[0] + of_u[-1]
+        ratio = (of_y[0] + of_y[-1]) / command / response
+        rows = (inverse[0] + inverse[-1]) / command - inverse[0] / of_u[0]
+        apart_from = float(np.linalg.norm(rows) * np.sqrt(variance) / np.abs(response))
     return (
         complex(response),
         float(np.sqrt(variance * scale)),
         float(np.sqrt(of_noise * scale)),
         coherence,
         free,
+        ratio,
+        apart_from,
     )
 
 

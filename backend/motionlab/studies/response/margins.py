@@ -5,13 +5,17 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from motionlab.studies.response.estimate import Smaller
+
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+Interval = tuple[float, float]
 
 NAMES = ("crossover", "phase_margin", "gain_margin", "gain_reduction")
 DRAWS = 400
 """Loops that are drawn for an interval."""
 _BETWEEN = 20  # points between two lines
+_FAR = 1.5  # ratio of two frequencies
 
 
 def _between(frequency: Array, L: Complex) -> tuple[Array, Array, Array]:
@@ -60,9 +64,26 @@ def _roots(x: Array, y: Array) -> Array:
     return x[k] - y[k] * (x[k + 1] - x[k]) / (y[k + 1] - y[k])
 
 
+def far_apart(frequency: Array, L: Complex) -> list[str]:
+    """Return a note where L crosses 1, or -180 degrees, between lines that lie far apart."""
+    fine, size, phase = _between(frequency, L)
+    turns = _roots(fine, np.sin(phase))
+    turns = turns[np.cos(np.interp(turns, fine, phase)) < 0.0]
+    places = np.exp(np.concatenate([_roots(fine, size), turns]))
+    k = np.searchsorted(frequency, places, side="right").clip(1, len(frequency) - 1)
+    steps = frequency[k] / frequency[k - 1]
+    if not (steps > _FAR).any():
+        return []
+    at = k[int(steps.argmax())]
+    return [
+        f"a margin lies between {frequency[at - 1]:.3g} and {frequency[at]:.3g} Hz, far apart: its "
+        "interval does not hold by how much a straight line is wrong between the two"
+    ]
+
+
 def intervals(
-    frequency: Array, L: Complex, deviation: Array, seed: int
-) -> dict[str, tuple[float, float] | None]:
+    frequency: Array, L: Complex, deviation: Array, seed: int, smaller: Smaller | None = None
+) -> dict[str, Interval | None]:
     """Return the 95 % interval of each margin; None where some drawn loop has no such margin.
 
     Parameters
@@ -73,12 +94,28 @@ def intervals(
         Standard deviation of L as a complex number; lines are independent.
     seed : int
         Of the draws.
+    smaller : Smaller, optional
+        How L differs for a smaller force: the interval is of any force in between.
     """
     rng = np.random.default_rng(seed)
-    shape = (2, DRAWS, len(L))
-    real, imaginary = rng.standard_normal(shape) * deviation / np.sqrt(2.0)
-    margins = [measured_margins(frequency, L + each) for each in real + 1j * imaginary]
-    ends: dict[str, tuple[float, float] | None] = {}
+    real, imaginary = rng.standard_normal((2, DRAWS, len(L))) * deviation / np.sqrt(2.0)
+    drawn = L + real + 1j * imaginary
+    ends = _ends(frequency, drawn)
+    if smaller is None:
+        return ends
+    real, imaginary = rng.standard_normal((2, DRAWS, 1)) * smaller.error / np.sqrt(2.0)
+    others = _ends(frequency, (smaller.ratio + real + 1j * imaginary) * drawn)
+    return {name: _union(ends[name], others[name]) for name in NAMES}
+
+
+def _union(a: Interval | None, b: Interval | None) -> Interval | None:
+    return None if a is None or b is None else (min(a[0], b[0]), max(a[1], b[1]))
+
+
+def _ends(frequency: Array, drawn: Complex) -> dict[str, Interval | None]:
+    """Return the 95 % interval of each margin of drawn loops, shape (draws, lines)."""
+    margins = [measured_margins(frequency, each) for each in drawn]
+    ends: dict[str, Interval | None] = {}
     for name in NAMES:
         values = [each[name] for each in margins]
         known = [value for value in values if value is not None]

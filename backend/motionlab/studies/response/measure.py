@@ -37,6 +37,7 @@ from motionlab.studies.loop.frequency_sweep import (
 )
 from motionlab.studies.response.documents import (
     Crossing,
+    HalfForce,
     MarginInterval,
     MeasuredPlant,
     MeasuredResponse,
@@ -44,7 +45,13 @@ from motionlab.studies.response.documents import (
 )
 from motionlab.studies.response.estimate import Estimate, Quiet, Slides, estimate
 from motionlab.studies.response.fitted import NO_MODEL, fitted_plant
-from motionlab.studies.response.margins import NAMES, crossings, intervals, measured_margins
+from motionlab.studies.response.margins import (
+    NAMES,
+    crossings,
+    far_apart,
+    intervals,
+    measured_margins,
+)
 from motionlab.studies.response.recorded import (
     COHERENT,
     LINES_MIN,
@@ -68,6 +75,7 @@ PERIODS = (2, 5)
 """Least and most periods of a slide: sidebands up to the fourth cancel over five."""
 SLIDES_MIN = 5
 """Two more than directions, and one to tell how they scatter."""
+_FURTHER, _SMALLER = 2, 0.5  # one in each direction, and its share of the force
 _STROKE = 0.95  # share of the stroke that slides use
 _MODULATION = 0.1  # rms of the velocity's change at one line, over that of the slide, for all lines
 _PILOT = 0.2  # of the force, of the slide by which the reference is sized
@@ -78,6 +86,7 @@ _GROWTH = 1.5  # its power of frequency there
 _SLOWEST = 0.5  # share of the slowest slide that is taken for it
 _FORCE = 0.9, 0.5  # of the sliding friction, and N at least
 _SIGNIFICANT = 6
+_NORMAL = 1.96
 _LIMITED = ("force_saturated", "current_saturated")
 
 
@@ -116,6 +125,11 @@ class ResponsePlan:
     friction: float
     periods: int
     slides: int
+
+    @property
+    def further(self) -> int:
+        """Slides with half of the force, which do not count for the response."""
+        return 0 if self.request.signal == "stepped-sine" else _FURTHER
 
     @property
     def seconds(self) -> float:
@@ -241,9 +255,9 @@ def measure(
     for part in slides:
         parts.append(part)
         if progress is not None:
-            enough = len(parts) >= SLIDES_MIN
+            enough = SLIDES_MIN <= len(parts) < planned.slides
             partial = _result(planned, quiet, parts, linearised) if enough else None
-            progress(len(parts) / planned.slides, partial)
+            progress(len(parts) / (planned.slides + planned.further), partial)
     return _result(planned, quiet, parts, linearised)
 
 
@@ -264,7 +278,8 @@ def _slides(planned: ResponsePlan) -> tuple[Quiet, Iterator[_Part]]:
     """Return what a slide without a multisine shows, and the slides with one.
 
     What a controller makes of a reference depends on its law: a slide with a part of the force
-    tells how large each line of the reference has to be. Neither of these two is counted.
+    tells how large each line of the reference has to be. Neither of these two is counted, nor are
+    those that follow with half of the force.
     """
     f, forces = planned.lines.frequency, _forces(planned)
     rng = np.random.default_rng(planned.request.seed)
@@ -287,7 +302,8 @@ def _slides(planned: ResponsePlan) -> tuple[Quiet, Iterator[_Part]]:
         became = median_filter(became, _NEIGHBOURS, mode="nearest")
     size /= np.maximum(became, _LEAST)
     signal = planned.request.signal
-    return quiet, (part(size, number, signal) for number in range(planned.slides))
+    share = np.repeat([1.0, _SMALLER], [planned.slides, planned.further])
+    return quiet, (part(share[k] * size, k, signal) for k in range(len(share)))
 
 
 def _slide(planned: ResponsePlan, reference: Complex, seed: int, *, forward: bool) -> Array:
@@ -328,11 +344,13 @@ def _result(
 ) -> MeasuredResponse:
     """Return the response after some slides; the intervals of margins after the last."""
     R, U, Y, forward = (np.array(each) for each in zip(*parts, strict=True))
-    lines, whole = planned.lines, len(parts) == planned.slides
+    lines, whole = planned.lines, len(parts) == planned.slides + planned.further
     # A stepped sine comes to its lines one after another.
     reported = [each for each in lines.reported(planned.request.lines) if R[:, each[0]].any()]
     frequency = lines.frequency[[k for k, _ in reported]]
-    of_plant = estimate(Slides(R, U, Y, forward, quiet), reported)
+    smaller = np.arange(len(parts)) >= planned.slides if planned.further and whole else None
+    of_plant = estimate(Slides(R, U, Y, forward, quiet, smaller), reported)
+    slides = min(len(parts), planned.slides)
     if whole:
         count = len(frequency)
         frequency, of_plant = coherent_lines(frequency, of_plant)
@@ -349,9 +367,9 @@ def _result(
             of_plant,
             planned.loop,
             planned.velocity,
-            len(parts),
+            slides,
             planned.periods,
-            planned.seconds * len(parts) / planned.slides,
+            planned.seconds * slides / planned.slides,
             _changing_sign(planned),
         ),
         linearised,
@@ -388,7 +406,9 @@ def _document(
         fitted = fitted_plant(request, planned.variant, measured, period)
         if fitted is None:
             notes.append(NO_MODEL)
-        spread = intervals(f, L, of_plant.deviation * np.abs(controller), request.seed)
+        notes += far_apart(f, L)
+        deviation = of_plant.deviation * np.abs(controller)
+        spread = intervals(f, L, deviation, request.seed, of_plant.smaller)
     here, there = measured_margins(f, L), measured_margins(f, model)
     return MeasuredResponse(
         **loop_table(request, planned.variant, measured.velocity, f, L),
@@ -399,6 +419,7 @@ def _document(
             name: MarginInterval(value=here[name], interval=spread[name], model=there[name])
             for name in NAMES
         },
+        half_force=_half_force(of_plant),
         crossings=[Crossing(frequency=f, phase_margin=m) for f, m in crossings(f, L)],
         fitted=fitted,
         run=request.run,
@@ -407,6 +428,15 @@ def _document(
         seconds=measured.seconds,
         warnings=notes,
     )
+
+
+def _half_force(of_plant: Estimate) -> HalfForce | None:
+    smaller = of_plant.smaller
+    if smaller is None:
+        return None
+    gain, phase = abs(smaller.ratio), float(np.angle(smaller.ratio))
+    half = float(_NORMAL * smaller.error / np.sqrt(2.0))
+    return HalfForce(gain=gain, phase=phase, interval=half)
 
 
 def _of_acting_force(planned: ResponsePlan | RecordedPlan, measured: RecordedEstimate) -> Estimate:

@@ -44,6 +44,13 @@ def report(result: MeasuredResponse) -> str:
         for row, name in zip(rows, _MARGINS, strict=True):
             row.append(_shown(name, result.fitted.margins[name]))
     lines += [table(heads, rows, right=tuple(range(1, len(heads)))), ""]
+    if (half := result.half_force) is not None:
+        lines += [
+            f"with half the force the plant answers {half.gain:.3f} +- {half.interval:.3f} times "
+            f"as much, its phase is {math.degrees(half.phase):+.1f} +- "
+            f"{math.degrees(half.interval):.1f} deg apart; intervals of margins hold both",
+            "",
+        ]
     if len(result.crossings) > 1:
         each = (
             f"{at.frequency:.3g} Hz ({math.degrees(at.phase_margin):.3g} deg)"

@@ -8074,6 +8074,27 @@ export interface components {
             position_period: number;
         };
         /**
+         * HalfForce
+         * @description What half of the force changes, in the mean of all lines.
+         */
+        HalfForce: {
+            /**
+             * Gain
+             * @description Magnitude of the plant, over that with all of the force
+             */
+            gain: number;
+            /**
+             * Phase
+             * @description Of the plant, less that with all of the force
+             */
+            phase: number;
+            /**
+             * Interval
+             * @description Half of the 95 % interval: of `gain`, and of `phase`, rad
+             */
+            interval: number;
+        };
+        /**
          * HandStatus
          * @description A mover that is being pushed by hand, x and y.
          */
@@ -10282,7 +10303,7 @@ export interface components {
             value: number | null;
             /**
              * Interval
-             * @description 95 % interval; null before the last slide, and where some loop within its errors has none
+             * @description 95 % interval, for any force between that of the experiment and half of it; null before the last slide, and where some loop within its errors has none
              */
             interval: [
                 number,
@@ -10391,6 +10412,8 @@ export interface components {
             margins: {
                 [key: string]: components["schemas"]["MarginInterval"];
             };
+            /** @description From two further slides; null before them, of a run and of stepped sines */
+            half_force?: components["schemas"]["HalfForce"] | null;
             /**
              * Crossings
              * @description All crossovers of the measured loop, the lowest first

@@ -1,5 +1,6 @@
 import { expect, it } from 'vitest';
-import { gainMarginMark, marksOf, phaseMarginMark } from './bode';
+import { gainMarginMark, marksOf, measuredText, phaseMarginMark } from './bode';
+import type { MeasuredLoop } from '../../app/api/types';
 import type { LookedAt } from './loop-store.svelte';
 
 // |L| = 100/f, arg L = -90° - f/4°: one at 100 Hz with 65° left, -180° at 360 Hz.
@@ -34,4 +35,16 @@ it('draws no margin of a loop without one', () => {
   const none = { ...looked, figures: { ...figures, gain_margin: null, phase_margin: null } };
   expect(gainMarginMark(none as unknown as LookedAt)).toEqual([]);
   expect(phaseMarginMark(none as unknown as LookedAt)).toEqual([]);
+});
+
+it('says what half of the force changes, where that was measured', () => {
+  const measured = {
+    margins: { crossover: { value: 50, interval: [49, 52] } },
+    velocity: 0.04,
+    seconds: 60,
+    crossings: [],
+    half_force: { gain: 1.0412, phase: 0, interval: 0.011 },
+  } as unknown as MeasuredLoop;
+  expect(measuredText(measured)).toContain('Half the force is answered by 1.041 ± 0.011 times');
+  expect(measuredText({ ...measured, half_force: null })).not.toContain('Half');
 });

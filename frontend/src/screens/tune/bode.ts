@@ -104,7 +104,8 @@ function ends({ open, plant }: MeasuredLoop, part: 'magnitude' | 'phase') {
 }
 
 /** Margins of a measured loop as a sentence. */
-export function measuredText({ margins, velocity, seconds, crossings }: MeasuredLoop): string {
+export function measuredText(measured: MeasuredLoop): string {
+  const { margins, velocity, seconds, crossings, half_force: half } = measured;
   const of = (
     name: string,
     title: string,
@@ -127,7 +128,10 @@ export function measuredText({ margins, velocity, seconds, crossings }: Measured
   const minute = `${digits(seconds)} s of sliding at ${digits(velocity * 1e3)} mm/s`;
   const all = crossings.map((at) => `${digits(at.frequency)} Hz (${inDegrees(at.phase_margin)}°)`);
   const several = all.length > 1 ? ` It crosses 1 at ${all.join(', ')}.` : '';
-  return `Measured in ${minute}: ${margin.join(', ')}. In brackets 95 % intervals.${several}`;
+  const smaller = half
+    ? ` Half the force is answered by ${half.gain.toFixed(3)} ± ${half.interval.toFixed(3)} times as much for each newton; the intervals hold both.`
+    : '';
+  return `Measured in ${minute}: ${margin.join(', ')}. In brackets 95 % intervals.${several}${smaller}`;
 }
 
 /** The model that was fitted to a measured plant, as a sentence; empty where there is none. */
