@@ -222,6 +222,40 @@ def test_the_loop_is_drawn_as_it_is_measured_and_in_figures(tune: Page, server: 
     expect(loop).not_to_contain_text(measured)
 
 
+def test_a_loop_is_measured_by_another_signal_and_force(tune: Page, refusals: list[str]) -> None:
+    refusals.append("422")
+    page = tune
+    loop = region(page, "Loop over frequency")
+    signal = loop.get_by_label("signal", exact=True)
+    time = loop.get_by_label("time, s", exact=True)
+    expect(signal).to_have_value("multisine")
+    expect(time).to_have_value("60")
+    # the slides of y are as long as slides can be
+    region(page, "Landscape").get_by_role("radio", name="y", exact=True).click()
+    signal.select_option("stepped-sine")
+    expect(time).to_have_value("600")
+    asked_for(page, loop.get_by_role("button", name="Measure", exact=True).click)
+    expect(loop).to_contain_text("Measured by stepped sines in 5", timeout=SLOW)
+    expect(loop).to_contain_text("In brackets 95 % intervals", timeout=SLOW)
+
+    set_field(loop, "time, s", "60")
+    button(loop, "Measure")
+    expect(loop.get_by_role("alert")).to_contain_text("Is too short: 96 slides of 5.7 s")
+    button(loop, "time: back to the preset")
+    signal.select_option("chirp")
+    set_field(loop, "force, N", "1.5")
+    expect(loop).to_contain_text("with other settings than the form shows: time, signal, force")
+    with page.expect_request("**/api/v1/response") as asked:
+        button(loop, "Measure")
+    body = asked.value.post_data_json
+    assert (body["signal"], body["force"], body["axis"]) == ("chirp", 1.5, "y")
+    assert "seconds" not in body
+    expect(loop).to_contain_text("Measured by a chirp in", timeout=SLOW)
+    button(loop, "force: back to the preset")
+    expect(loop.get_by_label("force, N", exact=True)).to_have_value("")
+    assert serious(page) == []
+
+
 def test_a_loop_is_shaped_on_what_is_measured_and_staged(tune: Page, server: Server) -> None:
     shape = region(tune, "Shape on a measurement")
     asked_for(tune, shape.get_by_role("button", name="Shape", exact=True).click)

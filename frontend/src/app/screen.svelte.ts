@@ -13,7 +13,7 @@ export const SCREENS = [
   { screen: 'runs', title: 'Runs', studies: [] },
   { screen: 'views', title: 'Views', studies: [] },
   { screen: 'identify', title: 'Identify', studies: ['identify'] },
-  { screen: 'tune', title: 'Tune', studies: ['tune', 'safe-tune'] },
+  { screen: 'tune', title: 'Tune', studies: ['tune', 'safe-tune', 'response'] },
   { screen: 'sweep', title: 'Sweep', studies: ['sweep'] },
   { screen: 'motor', title: 'Motor', studies: ['design', 'map', 'sharing', 'platform'] },
   { screen: 'paper', title: 'Paper', studies: [] },

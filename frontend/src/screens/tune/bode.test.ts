@@ -1,6 +1,6 @@
 import { expect, it } from 'vitest';
-import { gainMarginMark, marksOf, measuredText, phaseMarginMark } from './bode';
 import type { MeasuredLoop } from '../../app/api/types';
+import { gainMarginMark, marksOf, measuredText, phaseMarginMark, signalText } from './bode';
 import type { LookedAt } from './loop-store.svelte';
 
 // |L| = 100/f, arg L = -90° - f/4°: one at 100 Hz with 65° left, -180° at 360 Hz.
@@ -47,4 +47,26 @@ it('says what half of the force changes, where that was measured', () => {
   } as unknown as MeasuredLoop;
   expect(measuredText(measured)).toContain('Half the force is answered by 1.041 ± 0.011 times');
   expect(measuredText({ ...measured, half_force: null })).not.toContain('Half');
+});
+
+const measured = { velocity: 0.04, seconds: 60, crossings: [] };
+
+it('names the signal of a measurement, but for the usual one', () => {
+  const loop = { ...measured, margins: {} } as never;
+  const of = (signal: string) => measuredText(loop, signalText({ signal }));
+  expect(of('multisine')).toBe('Measured in 60.0 s of sliding at 40.0 mm/s.');
+  expect(of('stepped-sine')).toContain('Measured by stepped sines in 60.0 s');
+  expect(signalText(undefined)).toBe('');
+});
+
+it('says that a margin is not there once all is measured', () => {
+  const none = { value: null, interval: null };
+  const crossover = { value: 50, interval: null };
+  const partial = { ...measured, margins: { crossover, gain_margin: none } } as never;
+  expect(measuredText(partial)).toContain('mm/s: crossover 50.0 Hz.');
+  const known = { ...crossover, interval: [49, 51] };
+  const whole = { ...measured, margins: { crossover: known, gain_margin: none } } as never;
+  expect(measuredText(whole)).toContain(
+    'crossover 50.0 (49.0 to 51.0) Hz, no phase margin, no gain',
+  );
 });

@@ -103,9 +103,24 @@ function ends({ open, plant }: MeasuredLoop, part: 'magnitude' | 'phase') {
   return { low: end(-1), high: end(1) };
 }
 
-/** Margins of a measured loop as a sentence. */
-export function measuredText(measured: MeasuredLoop): string {
-  const { margins, velocity, seconds, crossings, half_force: half } = measured;
+const SIGNALS: Readonly<Record<string, string>> = {
+  noise: 'by noise',
+  chirp: 'by a chirp',
+  'stepped-sine': 'by stepped sines',
+};
+
+/** The signal of a request, where it is not the usual one: `by noise`. */
+export function signalText({ signal }: Readonly<Record<string, unknown>> = {}): string {
+  return typeof signal === 'string' ? (SIGNALS[signal] ?? '') : '';
+}
+
+/** Margins of a measured loop as a sentence; `by` what it was measured. */
+export function measuredText(
+  { margins, velocity, seconds, crossings, half_force: half }: MeasuredLoop,
+  by = '',
+): string {
+  // Before the last slide there are no intervals, and a margin that is not there may come.
+  const whole = Object.values(margins).some(({ interval }) => interval !== null);
   const of = (
     name: string,
     title: string,
@@ -113,16 +128,16 @@ export function measuredText(measured: MeasuredLoop): string {
     shown: (value: number | null) => string,
   ) => {
     const { value = null, interval = null } = margins[name] ?? {};
-    if (value === null) return `no ${title}`;
+    if (value === null) return whole ? [`no ${title}`] : [];
     const range = interval ? ` (${interval.map(shown).join(' to ')})` : '';
-    return `${title} ${shown(value)}${range} ${unit}`;
+    return [`${title} ${shown(value)}${range} ${unit}`];
   };
   const margin = [
-    of('crossover', 'crossover', 'Hz', (value) => digits(value ?? NaN)),
-    of('phase_margin', 'phase margin', '°', inDegrees),
-    of('gain_margin', 'gain margin', 'dB', inDecibels),
+    ...of('crossover', 'crossover', 'Hz', (value) => digits(value ?? NaN)),
+    ...of('phase_margin', 'phase margin', '°', inDegrees),
+    ...of('gain_margin', 'gain margin', 'dB', inDecibels),
     ...(margins.gain_reduction?.value
-      ? [of('gain_reduction', 'and downwards', 'dB', (value) => inDecibels(1 / (value ?? NaN)))]
+      ? of('gain_reduction', 'and downwards', 'dB', (value) => inDecibels(1 / (value ?? NaN)))
       : []),
   ];
   const minute = `${digits(seconds)} s of sliding at ${digits(velocity * 1e3)} mm/s`;
@@ -131,7 +146,9 @@ export function measuredText(measured: MeasuredLoop): string {
   const smaller = half
     ? ` Half the force is answered by ${half.gain.toFixed(3)} ± ${half.interval.toFixed(3)} times as much for each newton; the intervals hold both.`
     : '';
-  return `Measured in ${minute}: ${margin.join(', ')}. In brackets 95 % intervals.${several}${smaller}`;
+  const colon = margin.length > 0 ? `: ${margin.join(', ')}` : '';
+  const intervals = whole ? ' In brackets 95 % intervals.' : '';
+  return `Measured ${by === '' ? '' : `${by} `}in ${minute}${colon}.${intervals}${several}${smaller}`;
 }
 
 /** The model that was fitted to a measured plant, as a sentence; empty where there is none. */

@@ -28,6 +28,7 @@ import { loopOf, LOOP, MAP, otherWords, type WhichLoop } from './job-differences
 import { costAt } from './landscape';
 import { LoopStore } from './loop-store.svelte';
 import { MachineTuning } from './machine-tuning.svelte';
+import { ResponseForm } from './response-form.svelte';
 import { ALSO_ON, SearchForm } from './search-form.svelte';
 
 type Choice = Partial<Record<Axis, string>>;
@@ -36,7 +37,11 @@ class Tuner {
   readonly form = new SearchForm('tune', { plants: [ALSO_ON] }, { variant: 1 });
   readonly search = this.form.jobOf('tune');
   readonly map = this.form.jobOf('landscape');
-  readonly measurement = new JobStore(app.api, 'response');
+  /** How the loop is measured. */
+  readonly measuring = new ResponseForm();
+  readonly measurement = new JobStore(app.api, 'response', (request) =>
+    this.measuring.restore(request),
+  );
   readonly shaping = new JobStore(app.api, 'shape');
   /** On what a loop is shaped: `simulated`, or a run by its identifier. */
   shapedOn = $state('simulated');
@@ -214,11 +219,17 @@ class Tuner {
   }
 
   /** Measures the loop with the chosen gains. */
-  startMeasurement(): Promise<void> {
-    const { variant, axis, chosen } = this;
-    return this.form.start(({ scenario, set }) =>
-      this.measurement.start('/response', { scenario, set: { ...set, ...chosen }, variant, axis }),
-    );
+  async startMeasurement(): Promise<void> {
+    const { source, variant, axis, chosen, measuring } = this;
+    if (!source) return;
+    measuring.problems = {};
+    const set = { ...source.set, ...chosen };
+    const body = { ...measuring.body(), scenario: source.scenario, set, variant, axis };
+    try {
+      await this.measurement.start('/response', body);
+    } catch (error) {
+      measuring.refuse(error);
+    }
   }
 
   /** Proposes gains and filters on what is measured, which keep the limits of margins. */
