@@ -19,11 +19,18 @@ from motionlab.errors import ConfigError
 from motionlab.library.library import library
 from motionlab.simulation.prepare import prepare
 from motionlab.simulation.run import run
+from motionlab.studies.loop.frequency_sweep import ResponseDocument, loop_curve
 from motionlab.studies.response import recorded
 from motionlab.studies.response.controller_check import OTHER
-from motionlab.studies.response.documents import MeasuredResponse, ResponseRequest
+from motionlab.studies.response.documents import (
+    FittedMode,
+    FittedPlant,
+    MeasuredResponse,
+    PlantValue,
+    ResponseRequest,
+)
 from motionlab.studies.response.estimate import Slides, Smaller, estimate
-from motionlab.studies.response.margins import intervals, measured_margins
+from motionlab.studies.response.margins import intervals, measured_margins, refined
 from motionlab.studies.response.measure import ResponsePlan, measure, plan
 from motionlab.trajectories.multisine import Lines, excitation
 
@@ -199,6 +206,28 @@ def test_half_of_the_force_widens_the_intervals_of_margins(axis: str) -> None:
             assert each.interval is not None
             low, high = each.interval
             assert low < each.model < high, name
+
+
+def test_between_lines_a_plant_follows_the_mode_of_its_model() -> None:
+    """A notch at the mode: a straight line between lines is off by degrees."""
+    mode, ratio, mass = 118.0, 0.018, 3.1
+
+    def plant(f: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+        s, w = 2j * np.pi * f, 2.0 * np.pi * mode
+        return (1.0 / s**2 + 0.95 / (s**2 + 2.0 * ratio * w * s + w**2)) / mass
+
+    f = np.geomspace(10.0, 700.0, 180)
+    grid = np.unique(np.concatenate([f, np.geomspace(90.0, 150.0, 200)]))
+    nearly = FittedPlant.model_construct(  # 3 % too stiff, as a model may be
+        loop=ResponseDocument.model_construct(frequency=grid.tolist()),
+        plant=loop_curve(np.asarray(0.97 * plant(grid), dtype=np.complex128)),
+        modes=[FittedMode.model_construct(frequency=PlantValue(value=mode, error=0.1, model=None))],
+    )
+    fine, P, deviation = refined(f, plant(f), 0.01 * np.abs(plant(f)), nearly)
+    assert np.isin(f, fine).all() and len(fine) > len(f) + 100
+    np.testing.assert_allclose(P, plant(fine), rtol=1e-4)
+    np.testing.assert_allclose(deviation, 0.01 * np.abs(P))
+    assert refined(f, plant(f), np.abs(plant(f)), None)[0] is f
 
 
 def test_a_margin_between_lines_far_apart_is_noted() -> None:

@@ -124,6 +124,30 @@ def test_a_controller_that_did_not_run_is_noted(options: str, note: str) -> None
     assert all(note in each for each in there)
 
 
+LATE = "--set variants.A.controller.x.filter_1.poles_frequency=300"
+
+
+def test_the_loop_of_a_record_has_its_margins_whatever_the_scenario_says(
+    answers: dict[str, Any],
+) -> None:
+    """Of another structure of the controller, here one with a filter that the machine has not."""
+    document = json.loads(printed(f"motionlab response rig.toml --run rig {A} {LATE} --json"))
+    phase = truth(answers, r"crossover .* margin (\S+) deg")[0]
+    own, margins = document["own_margins"]["phase_margin"], document["margins"]["phase_margin"]
+    assert math.degrees(own["value"]) == pytest.approx(phase, abs=0.7)
+    assert own["model"] == margins["value"]
+    assert math.degrees(margins["value"]) < phase - 5.0
+    (note,) = [each for each in document["warnings"] if each.startswith(OTHER)]
+    assert f"phase margin, deg {math.degrees(own['value']):.3g} in place of" in note
+
+
+@pytest.mark.usefixtures("answers")
+def test_nothing_is_shaped_from_a_controller_that_did_not_run() -> None:
+    with contextlib.redirect_stderr(io.StringIO()) as text:
+        assert main(shlex.split(f"shape rig.toml --run rig {A} {LATE}")) != 0
+    assert "run: was not under the controller of variant A" in text.getvalue()
+
+
 @pytest.mark.usefixtures("answers")
 def test_a_force_of_the_other_sign_is_refused() -> None:
     printed("motionlab import rig.csv --name turned --map 'force=M.x.thrust[-1 N]'")

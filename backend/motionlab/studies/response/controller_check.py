@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 
 from motionlab.errors import ConfigError, FieldError
 from motionlab.loop.linearise import Loop
+from motionlab.studies.response.documents import MarginInterval
+from motionlab.studies.response.report import MARGINS
 from motionlab.studies.response.spectral import Signals, local_estimate
 
 Array = NDArray[np.float64]
@@ -25,6 +27,8 @@ LINES_MIN = 5
 OTHER = "its force is not what the scenario's controller makes of its following error"
 """How every note of this module begins."""
 _ALIKE = 0.1  # median distance from the scenario's controller, over its magnitude
+_CROSSOVER = 0.04  # share by which two crossovers are apart
+_APART = {"phase_margin": 2.0, "gain_margin": 0.5, "gain_reduction": 1.0}  # degrees, and dB
 _LATE = 3.0  # periods to either side within which a shift of the force is looked for
 _SHIFTS = 241
 
@@ -79,6 +83,30 @@ def controller_notes(signals: Signals, frequency: Array, loop: Loop) -> list[str
         )
         wrong.append(f"{1e3 * abs(late):.3g} ms {when}")
     return [f"{OTHER}: it is {', and '.join(wrong)}"] if wrong else []
+
+
+def with_own_margins(notes: list[str], own: dict[str, MarginInterval]) -> list[str]:
+    """Return notes that say where a measurement's own loop has other margins than the scenario's.
+
+    That is added to what `controller_notes` has to say of the controller.
+    """
+    apart = []
+    for name, (title, shown) in MARGINS.items():
+        value, ends, model = own[name].value, own[name].interval, own[name].model
+        if value is None or ends is None:
+            continue
+        if model is None:
+            apart.append(f"{title} {shown(value):.3g} in place of none")
+        elif not ends[0] <= model <= ends[1]:
+            here, there = shown(value), shown(model)
+            if abs(here - there) > _APART.get(name, _CROSSOVER * there):
+                apart.append(f"{title} {here:.3g} in place of {there:.3g}")
+    if not apart:
+        return notes
+    text = f"its own loop, from following error to position, has {'; '.join(apart)}"
+    if not any(each.startswith(OTHER) for each in notes):
+        return [*notes, f"{OTHER}: {text}"]
+    return [f"{each}. So {text}" if each.startswith(OTHER) else each for each in notes]
 
 
 def _shift(f: Array, ratio: Complex, period: float) -> tuple[float, float, float]:

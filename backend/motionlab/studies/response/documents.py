@@ -207,6 +207,11 @@ class MeasuredResponse(FrequencySweepDocument):
         description="crossover, Hz, phase_margin, rad, gain_margin and gain_reduction: factors by "
         "which the gain may grow, and to which it may fall, before the loop is unstable"
     )
+    own_margins: dict[str, MarginInterval] | None = Field(
+        default=None,
+        description="Of a measurement with its reference: margins of its own loop, from following "
+        "error to position, beside those of the scenario's controller as `model`",
+    )
     half_force: HalfForce | None = Field(
         default=None,
         description="From two further slides; null before them, of a run and of stepped sines",

@@ -115,6 +115,8 @@ class Estimate:
         Degrees of freedom of `deviation`.
     smaller : Smaller, optional
         What a smaller excitation changes, where slides show that.
+    shared : ndarray, optional
+        Of how many lines in the mean each has its noise, where lines share some.
     """
 
     response: Complex
@@ -123,6 +125,7 @@ class Estimate:
     coherence: Array
     freedom: int
     smaller: Smaller | None = None
+    shared: Array | None = None
 
     @property
     def half_width(self) -> Array:

@@ -12,7 +12,7 @@ from motionlab.studies.response.documents import (
     PlantValue,
     ResponseRequest,
 )
-from motionlab.studies.response.margins import measured_margins
+from motionlab.studies.response.margins import BESIDE, measured_margins
 from motionlab.studies.response.model import FittedModel, fit, fit_alike
 from motionlab.studies.response.recorded import RecordedEstimate
 
@@ -23,6 +23,7 @@ NO_MODEL = "no model of mass, delay and modes comes near the plant at these freq
 _FAR = 0.3  # RMS distance from the lines, over their magnitude
 _POINTS = 300  # of the curve, besides the measured lines
 _ABOUT_MODE = np.linspace(-4.0, 4.0, 33)  # points there, in half widths of the peak
+_BESIDE_MODE = np.geomspace(1.0 / BESIDE, BESIDE, 60)  # where notches against it act
 
 
 def fitted_plant(
@@ -40,19 +41,22 @@ def fitted_plant(
         For which each command is held, s.
     """
     f, of_plant = measured.frequency, measured.of_plant
-    model = fit(f, of_plant.response, of_plant.deviation, period)
+    deviation = of_plant.deviation
+    if of_plant.shared is not None:
+        deviation = deviation * np.sqrt(of_plant.shared)
+    model = fit(f, of_plant.response, deviation, period)
     if model is None:
         return None
     off = np.abs(model.response(f) / of_plant.response - 1.0)
     if np.sqrt(np.mean(off**2)) > _FAR:
         return None
-    linearised = fit_alike(model, f, measured.loop.plant.response(f), of_plant.deviation)
+    linearised = fit_alike(model, f, measured.loop.plant.response(f), deviation)
     values, modes = _values(model, linearised)
     grid = _frequencies(model, f)
     P = model.response(grid)
     L = P * measured.loop.controller.response(grid)
     zeros, poles, gain = model.zeros_poles_gain()
-    half = of_plant.half_width / of_plant.deviation
+    half = of_plant.half_width / deviation
     return FittedPlant(
         mass=values["mass"],
         delay=values["delay"],
@@ -107,7 +111,7 @@ def _frequencies(model: FittedModel, lines: Array) -> Array:
     for term, parameters in model.parts():
         if term == "mode":
             f, ratio = parameters["mode_frequency"][0], parameters["mode_damping"][0]
-            parts.append(f * (1.0 + ratio * _ABOUT_MODE))
+            parts += [f * (1.0 + ratio * _ABOUT_MODE), f * _BESIDE_MODE]
     grid = np.unique(np.concatenate(parts))
     return grid[(grid >= lines[0]) & (grid <= lines[-1])]
 

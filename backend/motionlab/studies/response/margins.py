@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
+from motionlab.studies.response.documents import FittedPlant
 from motionlab.studies.response.estimate import Smaller
 
 Array = NDArray[np.float64]
@@ -16,6 +19,8 @@ DRAWS = 400
 """Loops that are drawn for an interval."""
 _BETWEEN = 20  # points between two lines
 _FAR = 1.5  # ratio of two frequencies
+BESIDE = 1.2
+"""Factor to either side of a mode within which a plant is refined."""
 
 
 def _between(frequency: Array, L: Complex) -> tuple[Array, Array, Array]:
@@ -64,6 +69,42 @@ def _roots(x: Array, y: Array) -> Array:
     return x[k] - y[k] * (x[k + 1] - x[k]) / (y[k + 1] - y[k])
 
 
+def refined(
+    frequency: Array, plant: Complex, deviation: Array, fitted: FittedPlant | None
+) -> tuple[Array, Complex, Array]:
+    """Return a measured plant with further frequencies about modes.
+
+    There a straight line would miss the mode, or what a notch makes of it. Between two lines the
+    ratio to the fitted model, not the plant, follows a straight line.
+
+    Parameters
+    ----------
+    frequency, plant, deviation : ndarray, shape (lines,)
+        Hz, m/N, and the standard deviation of the plant as a complex number.
+    fitted : FittedPlant, optional
+        Its model; nothing is added without one.
+    """
+    if fitted is None:
+        return frequency, plant, deviation
+    fine, log_f = np.array(fitted.loop.frequency), np.log(frequency)
+    model = np.array(fitted.plant.magnitude) * np.exp(1j * np.array(fitted.plant.phase))
+
+    def between(values: Complex) -> Complex:
+        size = np.interp(np.log(fine), log_f, np.log(np.abs(values)))
+        return np.exp(size + 1j * np.interp(np.log(fine), log_f, np.unwrap(np.angle(values))))
+
+    apart = np.abs(fine[:, None] / frequency - 1.0)
+    at_lines = model[apart.argmin(axis=0)]  # which the model has, too
+    modes = np.array([mode.frequency.value for mode in fitted.modes])
+    beside = (np.abs(np.log(fine / modes[:, None])) < math.log(BESIDE)).any(axis=0)
+    added = beside & (fine > frequency[0]) & (fine < frequency[-1]) & (apart.min(axis=1) > 1e-6)
+    P = (model * between(plant / at_lines))[added]
+    share = np.interp(np.log(fine), log_f, deviation / np.abs(plant))[added]
+    order = np.argsort(every := np.concatenate([frequency, fine[added]]))
+    plants, deviations = np.concatenate([plant, P]), np.concatenate([deviation, share * np.abs(P)])
+    return every[order], plants[order], deviations[order]
+
+
 def far_apart(frequency: Array, L: Complex) -> list[str]:
     """Return a note where L crosses 1, or -180 degrees, between lines that lie far apart."""
     fine, size, phase = _between(frequency, L)
@@ -81,8 +122,13 @@ def far_apart(frequency: Array, L: Complex) -> list[str]:
     ]
 
 
-def intervals(
-    frequency: Array, L: Complex, deviation: Array, seed: int, smaller: Smaller | None = None
+def intervals(  # noqa: PLR0913, PLR0917 - what is known of a loop
+    frequency: Array,
+    L: Complex,
+    deviation: Array,
+    seed: int,
+    smaller: Smaller | None = None,
+    lines: NDArray[np.bool_] | None = None,
 ) -> dict[str, Interval | None]:
     """Return the 95 % interval of each margin; None where some drawn loop has no such margin.
 
@@ -91,15 +137,22 @@ def intervals(
     frequency, L
         As `measured_margins`.
     deviation : ndarray, shape (lines,)
-        Standard deviation of L as a complex number; lines are independent.
+        Standard deviation of L as a complex number.
     seed : int
         Of the draws.
     smaller : Smaller, optional
         How L differs for a smaller force: the interval is of any force in between.
+    lines : ndarray of bool, optional
+        Which of the frequencies were measured, all if left out: they are independent, and the
+        others are wrong by a share between those of their neighbours.
     """
     rng = np.random.default_rng(seed)
-    real, imaginary = rng.standard_normal((2, DRAWS, len(L))) * deviation / np.sqrt(2.0)
-    drawn = L + real + 1j * imaginary
+    lines = np.ones(len(L), bool) if lines is None else lines
+    share = (deviation / np.abs(L))[lines] / np.sqrt(2.0)
+    real, imaginary = rng.standard_normal((2, DRAWS, len(share))) * share
+    log_f = np.log(frequency)
+    between = np.array([np.interp(log_f, log_f[lines], unit) for unit in np.eye(len(share))])
+    drawn = L * (1.0 + (real + 1j * imaginary) @ between)
     ends = _ends(frequency, drawn)
     if smaller is None:
         return ends

@@ -35,6 +35,7 @@ from motionlab.studies.loop.frequency_sweep import (
     moving,
     response,
 )
+from motionlab.studies.response.controller_check import with_own_margins
 from motionlab.studies.response.documents import (
     Crossing,
     HalfForce,
@@ -51,6 +52,7 @@ from motionlab.studies.response.margins import (
     far_apart,
     intervals,
     measured_margins,
+    refined,
 )
 from motionlab.studies.response.recorded import (
     COHERENT,
@@ -87,6 +89,7 @@ _SLOWEST = 0.5  # share of the slowest slide that is taken for it
 _FORCE = 0.9, 0.5  # of the sliding friction, and N at least
 _SIGNIFICANT = 6
 _NORMAL = 1.96
+_MISFIT = 3.0  # from which a model has no terms for what was measured
 _LIMITED = ("force_saturated", "current_saturated")
 
 
@@ -399,17 +402,30 @@ def _document(
     measured = dataclasses.replace(measured, of_plant=_of_acting_force(planned, measured))
     of_plant = measured.of_plant
     controller = loop.controller.response(f)
-    L, model = of_plant.response * controller, loop.open(f)
+    L = of_plant.response * controller
     spread, fitted, notes = dict.fromkeys(NAMES), None, list(measured.warnings)
     if whole:
         period = CONTROL_PERIOD if isinstance(planned, ResponsePlan) else planned.run.period
         fitted = fitted_plant(request, planned.variant, measured, period)
         if fitted is None:
             notes.append(NO_MODEL)
+        elif fitted.misfit > _MISFIT:
+            notes.append(
+                f"the fitted model misses the plant by {fitted.misfit:.2g} times its standard "
+                "deviation, so its values are off by more than their errors"
+            )
         notes += far_apart(f, L)
-        deviation = of_plant.deviation * np.abs(controller)
-        spread = intervals(f, L, deviation, request.seed, of_plant.smaller)
-    here, there = measured_margins(f, L), measured_margins(f, model)
+    fine, P, deviation = refined(f, of_plant.response, of_plant.deviation, fitted)
+    C = loop.controller.response(fine)
+    if whole:
+        lines = np.isin(fine, f)
+        spread = intervals(
+            fine, C * P, np.abs(C) * deviation, request.seed, of_plant.smaller, lines
+        )
+    here, there = measured_margins(fine, C * P), measured_margins(fine, loop.open(fine))
+    own = _own(measured, fine, C * P, request.seed)
+    if own is not None:
+        notes = with_own_margins(notes, own)
     return MeasuredResponse(
         **loop_table(request, planned.variant, measured.velocity, f, L),
         linearised=linearised,
@@ -419,8 +435,9 @@ def _document(
             name: MarginInterval(value=here[name], interval=spread[name], model=there[name])
             for name in NAMES
         },
+        own_margins=own,
         half_force=_half_force(of_plant),
-        crossings=[Crossing(frequency=f, phase_margin=m) for f, m in crossings(f, L)],
+        crossings=[Crossing(frequency=f, phase_margin=m) for f, m in crossings(fine, C * P)],
         fitted=fitted,
         run=request.run,
         slides=measured.slides,
@@ -428,6 +445,36 @@ def _document(
         seconds=measured.seconds,
         warnings=notes,
     )
+
+
+def _own(
+    measured: RecordedEstimate, fine: Array, L: Complex, seed: int
+) -> dict[str, MarginInterval] | None:
+    """Return margins of a measurement's own loop beside those of `L` at frequencies `fine`."""
+    if measured.own_loop is None:
+        return None
+    frequency, of_loop = measured.own_loop
+    if len(frequency) < LINES_MIN:
+        return None
+    there = measured_margins(fine, L)
+    # Between lines, where a mode or a notch may be, it is to the other as on either side.
+    both = np.isin(frequency, fine)
+    at = np.log(frequency[both])
+    ratio = of_loop.response[both] / L[np.isin(fine, frequency)]
+    between = ~np.isin(fine, measured.frequency)
+    log_f = np.log(fine[between])
+    size = np.exp(np.interp(log_f, at, np.log(np.abs(ratio))))
+    added = size * np.exp(1j * np.interp(log_f, at, np.unwrap(np.angle(ratio)))) * L[between]
+    order = np.argsort(fine := np.concatenate([frequency, fine[between]]))
+    fine, own = fine[order], np.concatenate([of_loop.response, added])[order]
+    lines = np.isin(fine, frequency)
+    share = np.interp(np.log(fine), np.log(frequency), of_loop.deviation / np.abs(of_loop.response))
+    here = measured_margins(fine, own)
+    spread = intervals(fine, own, share * np.abs(own), seed, lines=lines)
+    return {
+        name: MarginInterval(value=here[name], interval=spread[name], model=there[name])
+        for name in NAMES
+    }
 
 
 def _half_force(of_plant: Estimate) -> HalfForce | None:

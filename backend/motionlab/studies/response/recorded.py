@@ -124,6 +124,9 @@ class RecordedEstimate:
         Length of what was read, s.
     warnings : tuple of str
         What a reader must know.
+    own_loop : (ndarray, Estimate), optional
+        Of a measurement with its reference: frequencies and following error to position, which is
+        the open loop under whatever controller it had.
     """
 
     frequency: Array
@@ -134,6 +137,7 @@ class RecordedEstimate:
     periods: int
     seconds: float
     warnings: tuple[str, ...] = ()
+    own_loop: tuple[Array, Estimate] | None = None
 
 
 def plan_recorded(request: ResponseRequest, source: Source | None = None) -> RecordedPlan:
@@ -260,7 +264,8 @@ def _read(planned: RecordedPlan, columns: Columns) -> Array:
 def coherent_lines(frequency: Array, of_plant: Estimate) -> tuple[Array, Estimate]:
     """Return the frequencies, Hz, whose coherence is at least `COHERENT`, and the plant there."""
     kept = of_plant.coherence >= COHERENT
-    columns = ("response", "deviation", "noise", "coherence")
+    columns = ["response", "deviation", "noise", "coherence"]
+    columns += [] if of_plant.shared is None else ["shared"]
     return frequency[kept], replace(
         of_plant, **{name: getattr(of_plant, name)[kept] for name in columns}
     )
@@ -329,9 +334,12 @@ def _of_any(planned: RecordedPlan, columns: Columns) -> RecordedEstimate:
     loop = linearise(planned.scenario, planned.variant, request.axis, v=velocity)
     seconds = len(position) * period
     warnings = (*notes,) if planned.columns[0] else (*notes, _DIRECT)
+    own_loop = None
     if not planned.own:
         if signals.referred:
             warnings += (*controller_notes(signals, frequency, loop),)
+            error = replace(signals, command=excitation - position)
+            own_loop = coherent_lines(frequency, local_estimate(error, frequency))
         warnings += (
             f"a measurement has no controller: margins are those of {planned.variant} of the "
             f"scenario {planned.scenario.name}",
@@ -341,7 +349,7 @@ def _of_any(planned: RecordedPlan, columns: Columns) -> RecordedEstimate:
                 f"it is sampled at {1.0 / period:.4g} Hz; the controller is that of "
                 f"{1.0 / CONTROL_PERIOD:g} Hz",
             )
-    return RecordedEstimate(*lines, loop, velocity, 1, 1, seconds, warnings)
+    return RecordedEstimate(*lines, loop, velocity, 1, 1, seconds, warnings, own_loop)
 
 
 def _is_reference(planned: RecordedPlan) -> bool:

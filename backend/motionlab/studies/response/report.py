@@ -18,12 +18,13 @@ from motionlab.studies.response.documents import (
 )
 
 _ROWS = 16  # frequencies of the text
-_MARGINS: dict[str, tuple[str, Callable[[float], float]]] = {
+MARGINS: dict[str, tuple[str, Callable[[float], float]]] = {
     "crossover": ("crossover, Hz", lambda value: value),
     "phase_margin": ("phase margin, deg", math.degrees),
     "gain_margin": ("gain margin up, dB", lambda value: 20.0 * math.log10(value)),
     "gain_reduction": ("gain margin down, dB", lambda value: -20.0 * math.log10(value)),
 }
+"""Title with the unit of each margin, and how its SI value is shown."""
 _HEADS = ("frequency", "plant", "95 %", "phase", "coherence", "linearised", "phase")
 _UNITS = ("Hz", "dB m/N", "+- dB", "deg", "1", "dB m/N", "deg")
 
@@ -39,9 +40,13 @@ def report(result: MeasuredResponse) -> str:
         "",
     ]
     rows, heads = margin_rows(result.margins), ["open loop", "measured", "95 %", "linearised"]
+    if result.own_margins is not None:
+        heads += ["record's own loop", "95 %"]
+        for row, of_own in zip(rows, margin_rows(result.own_margins), strict=True):
+            row.extend(of_own[1:3])
     if result.fitted is not None:
         heads.append("fitted model")
-        for row, name in zip(rows, _MARGINS, strict=True):
+        for row, name in zip(rows, MARGINS, strict=True):
             row.append(_shown(name, result.fitted.margins[name]))
     lines += [table(heads, rows, right=tuple(range(1, len(heads)))), ""]
     if (half := result.half_force) is not None:
@@ -79,13 +84,13 @@ def report(result: MeasuredResponse) -> str:
 
 
 def _shown(name: str, value: float | None) -> str:
-    return "none" if value is None else f"{_MARGINS[name][1](value):.3g}"
+    return "none" if value is None else f"{MARGINS[name][1](value):.3g}"
 
 
 def margin_rows(margins: dict[str, MarginInterval]) -> list[list[str]]:
     """Return each margin with its interval and what it is compared with."""
     rows = []
-    for name, (title, shown) in _MARGINS.items():
+    for name, (title, shown) in MARGINS.items():
         each = margins[name]
         ends = None if each.interval is None else sorted(map(shown, each.interval))
         rows.append(

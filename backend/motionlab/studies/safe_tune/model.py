@@ -17,7 +17,7 @@ from motionlab.config.scenario import Scenario
 from motionlab.loop.family import LoopFamily
 from motionlab.simulation.prepare import prepare
 from motionlab.studies.montecarlo.draw import draw, missing
-from motionlab.studies.response.margins import measured_margins
+from motionlab.studies.response.margins import measured_margins, refined
 from motionlab.studies.response.measure import ResponsePlan, measure
 from motionlab.studies.response.recorded import RecordedPlan
 from motionlab.studies.safe_tune.documents import VARY, SafeTuneRequest
@@ -72,7 +72,8 @@ class MeasuredLoop:
 
     def __init__(self, planned: ResponsePlan | RecordedPlan, request: SafeTuneRequest) -> None:
         measured = measure(planned, lambda *_: None)
-        frequency, plant, deviation = sure_lines(measured, "response")
+        lines = sure_lines(measured, "response")
+        frequency, plant, deviation = refined(*lines, measured.fitted)
         controllers = Controllers(
             planned.scenario, planned.variant, request.axis, measured.velocity, frequency
         )

@@ -16,7 +16,7 @@ from motionlab.studies.loop.frequency_sweep import LoopCurve, loop_curve
 from motionlab.studies.record.part import kept_run
 from motionlab.studies.response.controller_check import OTHER
 from motionlab.studies.response.documents import MarginInterval, MeasuredResponse, ResponseRequest
-from motionlab.studies.response.margins import NAMES, intervals, measured_margins
+from motionlab.studies.response.margins import NAMES, intervals, measured_margins, refined
 from motionlab.studies.response.measure import ResponsePlan, measure
 from motionlab.studies.response.measure import plan as plan_response
 from motionlab.studies.response.recorded import RecordedPlan
@@ -144,7 +144,12 @@ def shape(planned: ShapePlan, progress: Progress | None = None) -> ShapeDocument
 
     request, first = planned.request, planned.response
     measured = measure(first, lambda share, _: report(_MEASURED * share))
-    f, plant, deviation = sure_lines(measured, "run" if request.run else "force")
+    other = [each for each in measured.warnings if each.startswith(OTHER)]
+    if other:
+        message = f"was not under the controller of variant {first.variant}: {other[-1]}"
+        raise ConfigError(FieldError("run", message))
+    of_lines = sure_lines(measured, "run" if request.run else "force")
+    f, plant, deviation = refined(*of_lines, measured.fitted)
     controllers = Controllers(first.scenario, first.variant, request.axis, measured.velocity, f)
     before = present(controllers.config, request.axis)
     search = Search(
@@ -160,13 +165,15 @@ def shape(planned: ShapePlan, progress: Progress | None = None) -> ShapeDocument
         ),
         progress=lambda share: report(_MEASURED + (_SEARCHED - _MEASURED) * share),
     )
-    peaks = significant(f, np.abs(plant), _PEAK * deviation / np.abs(plant))
+    size = np.abs(of_lines[1])
+    peaks = significant(of_lines[0], size, _PEAK * of_lines[2] / size)
     proposed, compliance, worth = search.best(peaks, free_places(controllers.config, request.axis))
     better = compliance < 0.0 or (math.isfinite(compliance) and not search.keeps(before))
     after = rounded(proposed) if better else before
     L = search.open(after)
     size = np.abs(controllers.response(after))
-    spread = intervals(f, L, deviation * size, request.seed)
+    lines = np.isin(f, of_lines[0])
+    spread = intervals(f, L, deviation * size, request.seed, lines=lines)
     here, there = measured_margins(f, L), measured_margins(f, search.open(before))
     changes = changes_of(first.variant, request.axis, before, after) if better else {}
     document = ShapeDocument(

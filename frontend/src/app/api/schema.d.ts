@@ -10412,6 +10412,13 @@ export interface components {
             margins: {
                 [key: string]: components["schemas"]["MarginInterval"];
             };
+            /**
+             * Own Margins
+             * @description Of a measurement with its reference: margins of its own loop, from following error to position, beside those of the scenario's controller as `model`
+             */
+            own_margins?: {
+                [key: string]: components["schemas"]["MarginInterval"];
+            } | null;
             /** @description From two further slides; null before them, of a run and of stepped sines */
             half_force?: components["schemas"]["HalfForce"] | null;
             /**
