@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import itertools
 import json
 import math
 import re
@@ -146,6 +147,37 @@ def test_nothing_is_shaped_from_a_controller_that_did_not_run() -> None:
     with contextlib.redirect_stderr(io.StringIO()) as text:
         assert main(shlex.split(f"shape rig.toml --run rig {A} {LATE}")) != 0
     assert "run: was not under the controller of variant A" in text.getvalue()
+
+
+@pytest.mark.usefixtures("answers")
+def test_a_friction_of_uniform_motions_says_what_it_has_not() -> None:
+    document = json.loads(printed("motionlab identify --run rig --axis x --to 24 --json"))
+    assert any("M.x.normal_force, takes no part" in each for each in warnings_of(document))
+    assert any(
+        "neither a delay nor a mode" in each for each in document["motor"]["origin"]["notes"]
+    )
+
+
+def warnings_of(document: Any) -> list[str]:
+    """Return all warnings within a document."""
+    if isinstance(document, dict):
+        own = document.get("warnings", [])
+        return [*own, *itertools.chain.from_iterable(map(warnings_of, document.values()))]
+    if isinstance(document, list):
+        return list(itertools.chain.from_iterable(map(warnings_of, document)))
+    return []
+
+
+@pytest.mark.usefixtures("answers")
+def test_a_force_at_its_limit_is_noted() -> None:
+    head, *rows = Path("rig.csv").read_text().splitlines()
+    cells = [row.split(",") for row in rows]
+    for row in cells:
+        row[3] = f"{max(-12.0, min(12.0, float(row[3]))):.3f}"
+    Path("limited.csv").write_text("\n".join([head, *map(",".join, cells)]))
+    printed("motionlab import limited.csv --name limited")
+    document = json.loads(printed(f"motionlab response rig.toml --run limited {A} --json"))
+    assert any("M.x.thrust is at its largest value, 12 N" in each for each in document["warnings"])
 
 
 @pytest.mark.usefixtures("answers")

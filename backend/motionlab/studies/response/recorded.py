@@ -15,6 +15,7 @@ from motionlab.errors import ConfigError, FieldError
 from motionlab.library.columns import of_run
 from motionlab.library.run import RunDetail
 from motionlab.loop.linearise import Loop, linearise
+from motionlab.studies.identify.record.force import CLIPPED
 from motionlab.studies.minute.recorded import scenario_at
 from motionlab.studies.record.columns import (
     FORCE_CHANNELS,
@@ -271,11 +272,12 @@ def coherent_lines(frequency: Array, of_plant: Estimate) -> tuple[Array, Estimat
     )
 
 
-def _not_exciting(coherent: int, lines: int) -> FieldError:
+def _not_exciting(coherent: int, lines: int, period: float) -> FieldError:
     """Return the error of a run of which too few frequencies are coherent."""
     message = (
-        f"is not exciting enough: its coherence reaches {COHERENT:g} at this many of "
-        f"{lines} frequencies; record a multisine, noise or a chirp"
+        f"is not exciting enough: its coherence reaches {COHERENT:g} at this many of {lines} "
+        f"frequencies, at {1.0 / period:.4g} samples a second; record a multisine, noise or a "
+        "chirp that ends below half of that rate, in one piece"
     )
     return FieldError("run", message, coherent, bounds={"minimum": float(LINES_MIN)})
 
@@ -304,7 +306,7 @@ def _of_slides(planned: RecordedPlan, columns: Columns) -> RecordedEstimate:
     frequency = lines.frequency[[k for k, _ in reported]]
     kept = coherent_lines(frequency, estimate(Slides(excitation, U, Y, forward), reported))
     if len(kept[0]) < LINES_MIN:
-        raise ConfigError(_not_exciting(len(kept[0]), len(frequency)))
+        raise ConfigError(_not_exciting(len(kept[0]), len(frequency), planned.run.period))
     return RecordedEstimate(
         *kept,
         loop,
@@ -328,7 +330,8 @@ def _of_any(planned: RecordedPlan, columns: Columns) -> RecordedEstimate:
     if frequency.size:
         lines = coherent_lines(frequency, local_estimate(signals, frequency))
     if lines is None or len(lines[0]) < LINES_MIN:
-        raise ConfigError(_not_exciting(0 if lines is None else len(lines[0]), len(frequency)))
+        coherent = 0 if lines is None else len(lines[0])
+        raise ConfigError(_not_exciting(coherent, len(frequency), period))
     velocity = _typical_velocity(position, period)
     notes = (*notes, *_reversing(position, stretch))
     loop = linearise(planned.scenario, planned.variant, request.axis, v=velocity)
@@ -336,6 +339,14 @@ def _of_any(planned: RecordedPlan, columns: Columns) -> RecordedEstimate:
     warnings = (*notes,) if planned.columns[0] else (*notes, _DIRECT)
     own_loop = None
     if not planned.own:
+        largest = np.abs(command).max()
+        clipped = float(np.mean(np.abs(command) >= largest * (1.0 - 1e-9)))
+        if clipped >= CLIPPED:
+            warnings += (
+                f"{planned.columns[1]} is at its largest value, {largest:.4g} N, in "
+                f"{100.0 * clipped:.3g} % of the samples: a force at its limit has no linear "
+                "response",
+            )
         if signals.referred:
             warnings += (*controller_notes(signals, frequency, loop),)
             error = replace(signals, command=excitation - position)

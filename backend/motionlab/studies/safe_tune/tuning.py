@@ -129,6 +129,9 @@ def plan(request: SafeTuneRequest, source: Source | None = None) -> SafeTunePlan
         response = plan_response(
             ResponseRequest(run=request.response, axis=request.axis, variant=variant)
         )
+        if isinstance(response, RecordedPlan) and not response.own:
+            message = "is a measurement, whose controller the lab does not know: `shape` takes it"
+            raise ConfigError(FieldError("response", message, request.response))
         same_but_gains(scenario, response.scenario, variant, request.axis, "response")
     runs = tuple(
         read_run(

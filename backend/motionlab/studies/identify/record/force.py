@@ -46,7 +46,7 @@ _IS_COMMAND = 0.5
 _REALISED = 1.2
 """Median of a force beside that of the thrust it would command, beyond which it does not."""
 
-_CLIPPED = 0.02
+CLIPPED = 0.02
 """Share of the samples at the largest force from which it looks clipped."""
 
 
@@ -107,7 +107,7 @@ class RecordForce:
         doubts = []
         largest = float(np.nanmax(np.abs(force)))
         clipped = float(np.mean(np.abs(force) >= largest * (1.0 - 1e-9)))
-        if clipped >= _CLIPPED:
+        if clipped >= CLIPPED:
             doubts.append(
                 f"{name} is at its largest value, {largest:.4g} N, in {100 * clipped:.3g} % of the "
                 "samples: if that is a limit of what measures it, what was found does not hold"

@@ -75,6 +75,7 @@ def fitted_motor(
         notes += _pulls(fit, axis)
     if not values:
         return None
+    notes.append(_NO_MODES)
     tables = _with(plant, experiment, values)
     recorded = datetime.fromtimestamp(run.created, UTC).isoformat(timespec="seconds")
     tables["description"] = f"Fitted to {run.name} ({run.id}) of {recorded[:10]}"
@@ -206,6 +207,10 @@ _UNEXPLAINED = 0.5
 """Residual, as a share of the friction, from which a fit explains nothing."""
 
 _ROUNDS = 4
+_NO_MODES = (
+    "of the machine this motor has masses and friction alone, neither a delay nor a mode, which "
+    "`response` measures: where it has them, margins and gains of this motor are too large"
+)
 """Fits at most, each with currents that settle as fast as the one before says."""
 
 
@@ -351,7 +356,13 @@ def _fitted(
         source = better
         motions = motions_of(source.record, experiment.bandwidth, motions)
         fit = fit_record(motions, model, find_mass=find_mass, start=fit.values)
-    return motions, fit, source.doubts()
+    doubts = source.doubts()
+    if (normal := experiment.normal_force(axis)) is not None:
+        doubts.append(
+            f"the normal force of the record, {normal}, takes no part in this fit: "
+            "`friction-models` tells whether friction grows with it"
+        )
+    return motions, fit, doubts
 
 
 def to_apply(fits: list[Fitted], believed: FrictionConfig) -> tuple[dict[str, float], list[str]]:

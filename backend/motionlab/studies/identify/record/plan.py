@@ -106,6 +106,11 @@ class RecordExperiment:
     seconds = 0.0
     """Nothing is simulated."""
 
+    def normal_force(self, axis: str) -> str | None:
+        """Return the column of an axis's normal force, if the run has one."""
+        names = (name for name in units_of(self.run) if name.endswith(f".{axis}.normal_force"))
+        return next(names, None)
+
     @property
     def followed(self) -> Scenario | None:
         """The scenario that was carried out, with the motor that was simulated or assumed."""
