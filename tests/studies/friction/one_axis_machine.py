@@ -45,8 +45,22 @@ class Machine(NamedTuple):
         Mean normal force, and the relative change of it along the stroke.
     resonance : float
         Frequency of the part on the spring, Hz.
-    cogging : float
-        Amplitude over a pitch of 7.2 mm, N.
+    cogging, pitch : float
+        Amplitude of a force of the position, and its period.
+    cable : float
+        Force of a cable 30 mm from the middle.
+    tight : float
+        Relative change of the friction over a pitch.
+    warming, settling : float
+        Share of the friction that is lost by warming, and its time constant.
+    power : float
+        Friction of the 0.3th power of the velocity, at 100 mm/s.
+    hump : float
+        Friction more about 50 mm/s.
+    skew : float
+        Relative difference of viscous friction, and of stiction, between the directions.
+    memory, length : float
+        Friction of a second bristle, and its displacement before sliding.
     """
 
     kind: str
@@ -63,6 +77,16 @@ class Machine(NamedTuple):
     wave: float = 0.4
     resonance: float = 180.0
     cogging: float = 0.0
+    pitch: float = 7.2e-3
+    cable: float = 0.0
+    tight: float = 0.0
+    warming: float = 0.0
+    settling: float = 5.0
+    power: float = 0.0
+    hump: float = 0.0
+    skew: float = 0.0
+    memory: float = 0.0
+    length: float = 1e-3
 
 
 def recorded(machine: Machine, reference: Array, seed: int = 0) -> dict[str, Array]:
@@ -102,7 +126,8 @@ def sines(parts: list[tuple[float, float, int]]) -> Array:
 @numba.njit(error_model="numpy")
 def _moved(mode: int, values: Array, reference: Array, noise: Array) -> tuple[Array, Array, Array]:
     M, F_c, F_s, v_s, sigma_0, sigma_1, sigma_2, mu = values[:8]
-    preload, wave, resonance, cogging = values[9:]
+    preload, wave, resonance = values[9:12]
+    skew, length = values[20], values[22]
     light = 0.15 * M
     heavy = M - light
     k = light * (2.0 * math.pi * resonance) ** 2
@@ -112,7 +137,7 @@ def _moved(mode: int, values: Array, reference: Array, noise: Array) -> tuple[Ar
     elements, slips = np.zeros(_ELEMENTS), np.zeros(_ELEMENTS)
     n = len(reference)
     position, force, normal = np.empty(n), np.empty(n), np.empty(n)
-    s = np.zeros(5)  # slide, its velocity, part on the spring, its velocity, bristle
+    s = np.zeros(6)  # slide, its velocity, part on the spring, its velocity, bristle, second one
     h = PERIOD / _STEPS
     omega = 2.0 * math.pi * 25.0
     k_p, k_d = M * omega * omega, 1.6 * M * omega
@@ -129,12 +154,13 @@ def _moved(mode: int, values: Array, reference: Array, noise: Array) -> tuple[Ar
             held = 0.0
             if mode == _GMS:
                 held = _slip(elements, slips, stiffness, s[1], values, h)
-            slopes = np.empty((4, 5))
+            slopes = np.empty((4, 6))
             at = s.copy()
             for stage in range(4):
-                p, v, q, w, z = at
+                p, v, q, w, z, y = at
                 N = preload * (1.0 + wave * math.sin(2.0 * math.pi * p / 0.023))
-                level = F_c + (F_s - F_c) * math.exp(-((v / v_s) ** 2)) + mu * N
+                side = 1.0 + skew * math.copysign(1.0, v)
+                level = F_c + side * (F_s - F_c) * math.exp(-((v / v_s) ** 2)) + mu * N
                 bend = 0.0
                 if mode == _STATIC:
                     friction = level * math.tanh(v / 1e-4)
@@ -143,14 +169,11 @@ def _moved(mode: int, values: Array, reference: Array, noise: Array) -> tuple[Ar
                     friction = sigma_0 * z + sigma_1 * bend
                 else:
                     friction = held
+                friction = _beside(friction, at, t, values) + sigma_2 * side * v
                 spring = k * (q - p) + d * (w - v)
-                net = push - friction - sigma_2 * v + spring
-                net -= cogging * math.sin(2.0 * math.pi * p / 7.2e-3)
-                slopes[stage, 0] = v
-                slopes[stage, 1] = net / heavy
-                slopes[stage, 2] = w
-                slopes[stage, 3] = -spring / light
-                slopes[stage, 4] = bend
+                net = push - friction + spring
+                again = (v - abs(v) * y) / length
+                slopes[stage] = np.array([v, net / heavy, w, -spring / light, bend, again])
                 if stage < 3:
                     at = s + (0.5 * h if stage < 2 else h) * slopes[stage]
             s = s + h / 6.0 * (slopes[0] + 2.0 * slopes[1] + 2.0 * slopes[2] + slopes[3])
@@ -180,3 +203,18 @@ def _slip(
                     elements[i] = slips[i] * share
         total += elements[i]
     return total
+
+
+@numba.njit(error_model="numpy")
+def _beside(friction: float, state: Array, tick: int, values: Array) -> float:
+    """Return friction with what no model has a term for, and forces of the position."""
+    cogging, pitch, cable, tight, warming, settling, power, hump = values[12:20]
+    memory, p, v = values[21], state[0], state[1]
+    smooth = math.tanh(v / 1e-4)
+    friction += smooth * power * (abs(v) / 0.1) ** 0.3
+    friction += smooth * hump * math.exp(-(((abs(v) - 0.05) / 0.02) ** 2))
+    friction *= 1.0 + tight * math.sin(2.0 * math.pi * p / pitch)
+    friction *= 1.0 - warming * (1.0 - math.exp(-tick * PERIOD / settling))
+    friction += memory * state[5]
+    friction += cogging * math.sin(2.0 * math.pi * p / pitch)
+    return friction + cable * (p / 0.03 + (p / 0.03) ** 2) / 2.0

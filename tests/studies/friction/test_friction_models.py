@@ -65,12 +65,58 @@ def numbers(result: FrictionModelsDocument, name: str) -> dict[str, float]:
 def test_each_friction_is_selected(tmp_path: Path, kind: str) -> None:
     result = own(tmp_path, recorded(machine(kind), sines(SINES)))
     assert result.selected == kind, result.reasons
-    assert result.reasons == []
+    assert (result.reasons, result.notes, result.describes) == ([], [], True)
     assert numbers(result, kind)["M"] == pytest.approx(5.0, rel=0.02)
     assert numbers(result, kind)["F_c"] == pytest.approx(1.0, rel=0.06)
     errors = {model.name: model.error for model in result.models}
     assert errors[kind] < 0.05
     assert max(errors.values()) > 3.0 * errors[kind]
+
+
+@pytest.mark.parametrize(
+    ("parts", "words"),
+    [
+        ({"cogging": 0.3, "pitch": 9e-3}, "depends on the position with a period of 9 mm"),
+        ({"tight": 0.4, "pitch": 45e-3}, "depends on the position:"),
+        ({"cable": 0.4}, "depends on the position:"),
+        ({"warming": 0.4}, "changes over time"),
+        ({"hump": 0.4}, "depends on the velocity"),
+        ({"skew": 0.4}, "differs between the directions"),
+        ({"memory": 0.5}, "depends on the distance since a reversal"),
+    ],
+)
+def test_what_no_model_has_is_noted(tmp_path: Path, parts: dict[str, float], words: str) -> None:
+    result = own(tmp_path, recorded(machine("stribeck", **parts), sines(SINES)))
+    assert result.selected == "stribeck", result.reasons
+    note = result.notes[0]
+    assert f"what Stribeck leaves over {words}" in note
+    force, total = (float(word) for word in note.split(": ")[1].split()[:3:2])
+    assert 0.8 * total < force <= total
+    assert total == pytest.approx(result.models[1].error, rel=0.1)
+    assert result.describes == ("hump" in parts)  # 4 % of the friction, the others more than 5 %
+    verdict = (
+        "Stribeck" if result.describes else "Stribeck; none of the models describes this friction"
+    )
+    assert report(result).splitlines()[0].endswith(f"reversals: {verdict}")
+
+
+@pytest.mark.parametrize(("cogging", "notes", "describes"), [(0.005, 0, True), (0.05, 1, True)])
+def test_a_small_rest_is_no_lack(
+    tmp_path: Path, cogging: float, notes: int, describes: bool
+) -> None:
+    result = own(tmp_path, recorded(machine("lugre", cogging=cogging), sines(SINES)))
+    assert (len(result.notes), result.describes) == (notes, describes)
+
+
+def test_parameters_of_models_that_are_not_told_apart_are_marked(tmp_path: Path) -> None:
+    result = own(tmp_path, recorded(machine("lugre", cogging=0.3), sines(SINES)))
+    assert (result.selected, result.among) == (None, ["lugre", "gms"])
+    text = report(result)
+    marked = text.index("which model holds cannot be told:")
+    for label, name in (("LuGre ", "sigma_1"), ("GMS ", "C ")):
+        table = text.index(f"\n{label}", marked)
+        assert table < text.index(f"\n{name}", table)
+    assert text.count("sigma_0") == 2
 
 
 def test_parameters_have_intervals_that_hold_the_truth(tmp_path: Path) -> None:

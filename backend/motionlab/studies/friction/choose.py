@@ -93,7 +93,8 @@ def difference(errors: Array, best: Array, block: NDArray[np.intp]) -> Differenc
     return Difference(rms(errors) - rms(best), spread)
 
 
-def _clearly_worse(errors: Array, best: Array, block: NDArray[np.intp]) -> bool:
+def clearly_worse(errors: Array, best: Array, block: NDArray[np.intp]) -> bool:
+    """Return whether a model's held-out error is larger by what matters, and beyond scatter."""
     if rms(errors) <= (1.0 + _MATTERS) * rms(best):
         return False
     gap = float(np.sum(errors**2 - best**2))
@@ -127,7 +128,7 @@ def choose(
     possible = [name for name, fitted in fits.items() if _is_possible(fitted)]
     best = min(possible, key=lambda name: rms(errors[name]))
     block = windows.block
-    equal = [n for n in possible if not _clearly_worse(errors[n], errors[best], block)]
+    equal = [n for n in possible if not clearly_worse(errors[n], errors[best], block)]
     order = {name: each.candidate.order for name, each in fits.items()}
     simplest = [n for n in equal if order[n] == min(order[n] for n in equal)]
     reasons = [*dict.fromkeys(left_out.values())]
@@ -201,7 +202,7 @@ def _hidden_bristle(windows: Windows, static: Fit, lugre: Fit) -> str | None:
     low, high = ends_of(windows, LUGRE)
     shape[0] = np.clip(np.log(BRISTLE), low[0], high[0])
     rest = rest_at(windows, LUGRE, shape)[2]
-    if _clearly_worse(rest, static.rest, windows.block):
+    if clearly_worse(rest, static.rest, windows.block):
         return None
     return (
         f"a displacement of {windows.machine.displacement(BRISTLE)} before sliding would not be "

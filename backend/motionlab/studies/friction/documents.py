@@ -84,7 +84,8 @@ class FrictionModel(_Document):
     difference_error: float = Field(description="Its standard error")
     fitted: float = Field(description="RMS force that a fit to the whole record leaves")
     parameters: dict[str, ModelParameter] = Field(
-        description="Of the fit to the whole record; none where no model explains the force"
+        description="Of the fit to the whole record, if the machine follows this model; none where "
+        "no model explains the force"
     )
 
 
@@ -114,5 +115,11 @@ class FrictionModelsDocument(_Document):
     selected: str | None = Field(description="The model that the record supports; null: no one")
     among: list[str] = Field(description="Models that the record does not tell apart, or the one")
     reasons: list[str] = Field(description="Why it cannot be told")
-    notes: list[str] = Field(description="Models that were not tried, and why")
+    describes: bool = Field(
+        description="Whether that model, or the best, describes the friction; false too where more "
+        "than 5 % of the friction depends on what no model has a term for"
+    )
+    notes: list[str] = Field(
+        description="Models that were not tried, and why; what is left over and on what it depends"
+    )
     version: str

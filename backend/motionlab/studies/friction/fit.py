@@ -97,11 +97,12 @@ class Windows:
     def table(self, candidate: Candidate, shapes: Array) -> Array:
         """Return all columns for sets of shape numbers, (sets, m, k)."""
         forces = candidate.forces(self.path, shapes)
-        own = np.array([[self._seen(force) for force in each] for each in forces])
+        own = np.array([[self.seen(force) for force in each] for each in forces])
         common = np.broadcast_to(self.common, (len(own), *self.common.shape))
         return np.concatenate([own.transpose(0, 2, 1), common], axis=2)
 
-    def _seen(self, values: Array) -> Array:
+    def seen(self, values: Array) -> Array:
+        """Return samples as the windows have them: filtered, and weighted."""
         return self.weight * self.motion.of(values, 0)[self.used]
 
     def weighted(self, fitted: Fit) -> Windows:

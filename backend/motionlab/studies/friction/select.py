@@ -26,6 +26,7 @@ from motionlab.studies.friction.fit import (
     parameters_of,
     windows_of,
 )
+from motionlab.studies.friction.lack_of_fit import LackOfFit, lack_of_fit
 from motionlab.studies.friction.record import Forces, FrictionPlan, read
 from motionlab.studies.identify.record.motion import Motion, Motions, check_sign, motions_of
 
@@ -91,12 +92,14 @@ def select(
         left_out.pop(LOADED.name, None)
     choice = choose(windows, fits, errors, left_out)
     best = errors[choice.best]
+    lack = lack_of_fit(windows, fits[choice.selected or choice.best], choice.friction)
     models = [
         _model(windows, fits[name], errors[name], best, choice.explained)
         for name in sorted(fits, key=lambda name: fits[name].candidate.order)
     ]
     remarks = [each for each in (notes, _signed(plan, forces)) if each is not None]
-    return _document(plan, windows, models, choice, remarks)
+    lack = lack._replace(notes=(*remarks, *lack.notes))
+    return _document(plan, windows, models, choice, lack)
 
 
 def _check_force(windows: Windows) -> None:
@@ -208,7 +211,7 @@ def _document(
     windows: Windows,
     models: list[FrictionModel],
     choice: Choice,
-    notes: list[str],
+    lack: LackOfFit,
 ) -> FrictionModelsDocument:
     motion = windows.motion
     position, force = _sources(plan)
@@ -231,7 +234,8 @@ def _document(
         selected=choice.selected,
         among=list(choice.among),
         reasons=list(choice.reasons),
-        notes=notes,
+        describes=choice.explained and lack.describes,
+        notes=list(lack.notes),
         version=__version__,
     )
 

@@ -52,7 +52,9 @@ class Machine(NamedTuple):
 
     def displacement(self, metres: float) -> str:
         """Return a displacement as text."""
-        return f"{1e6 * metres / self.metres:.3g} u{self.length}"
+        value = metres / self.metres
+        factor, prefix = (1e6, "u") if value < 1e-3 else (1e3, "m")
+        return f"{factor * value:.3g} {prefix}{self.length}"
 
     def speed(self, metres: float) -> str:
         """Return a speed as text."""

@@ -7316,7 +7316,7 @@ export interface components {
             fitted: number;
             /**
              * Parameters
-             * @description Of the fit to the whole record; none where no model explains the force
+             * @description Of the fit to the whole record, if the machine follows this model; none where no model explains the force
              */
             parameters: {
                 [key: string]: components["schemas"]["ModelParameter"];
@@ -7406,8 +7406,13 @@ export interface components {
              */
             reasons: string[];
             /**
+             * Describes
+             * @description Whether that model, or the best, describes the friction; false too where more than 5 % of the friction depends on what no model has a term for
+             */
+            describes: boolean;
+            /**
              * Notes
-             * @description Models that were not tried, and why
+             * @description Models that were not tried, and why; what is left over and on what it depends
              */
             notes: string[];
             /** Version */

@@ -19,6 +19,7 @@ const result = {
   models: [model('stribeck', 'Stribeck', 0.01), model('lugre', 'LuGre', 0.02)],
   selected: 'stribeck',
   among: ['stribeck'],
+  describes: true,
 } as unknown as FrictionModels;
 
 describe('friction models', () => {
@@ -45,5 +46,8 @@ describe('friction models', () => {
     expect(verdict(result)).toBe('Stribeck');
     const unsure = { ...result, selected: null, among: ['stribeck', 'lugre', 'gms'] };
     expect(verdict(unsure)).toBe('cannot tell: Stribeck, LuGre');
+    const none = '; none of the models describes this friction';
+    expect(verdict({ ...result, describes: false })).toBe(`Stribeck${none}`);
+    expect(verdict({ ...unsure, describes: false })).toBe(`cannot tell: Stribeck, LuGre${none}`);
   });
 });

@@ -43,9 +43,10 @@ export function modelRows({ models, best, selected, force_unit }: FrictionModels
 }
 
 /** Returns what is selected, or between which models it cannot be told. */
-export function verdict({ models, selected, among }: FrictionModels): string {
+export function verdict({ models, selected, among, describes }: FrictionModels): string {
+  const but = describes ? '' : '; none of the models describes this friction';
   const label = (name: string) => models.find((model) => model.name === name)?.label;
-  if (selected !== null) return label(selected) ?? selected;
+  if (selected !== null) return `${label(selected) ?? selected}${but}`;
   const tried = among.flatMap((name) => label(name) ?? []);
-  return `cannot tell${tried.length > 1 ? `: ${tried.join(', ')}` : ''}`;
+  return `cannot tell${tried.length > 1 ? `: ${tried.join(', ')}` : ''}${but}`;
 }
