@@ -173,11 +173,11 @@ def test_a_force_at_its_limit_is_noted() -> None:
     head, *rows = Path("rig.csv").read_text().splitlines()
     cells = [row.split(",") for row in rows]
     for row in cells:
-        row[3] = f"{max(-12.0, min(12.0, float(row[3]))):.3f}"
+        row[3] = f"{max(-6.0, min(6.0, float(row[3]))):.3f}"
     Path("limited.csv").write_text("\n".join([head, *map(",".join, cells)]))
     printed("motionlab import limited.csv --name limited")
     document = json.loads(printed(f"motionlab response rig.toml --run limited {A} --json"))
-    assert any("M.x.thrust is at its largest value, 12 N" in each for each in document["warnings"])
+    assert any("M.x.thrust is at its largest value, 6 N" in each for each in document["warnings"])
 
 
 @pytest.mark.usefixtures("answers")
