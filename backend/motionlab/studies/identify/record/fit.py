@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -146,19 +147,36 @@ class _Regression:
         self.motion, self.values = motion, values
         self._measured = motion.of(motion.force, 0)
         self._within = None if motion.within is None else motion.of(motion.within, 0)
+        # A derivative changes one parameter at a time: most of the force is as it was.
+        self._moved = lru_cache(maxsize=4)(self._of_motion)
+        self._bent = lru_cache(maxsize=4)(self._of_bristle)
         values.setdefault(WITHIN, 0.0)
 
     def residuals(self, chosen: Mask) -> Array:
         """Return the force of the model less the measured one, N, in the windows chosen."""
-        motion, v = self.motion, self.values
-        p, lag = motion.position, v["lag"]
-        friction = LuGre(*(v[name] for name in LuGre._fields))
-        z = bristle(motion.path, motion.velocity, motion.lost, friction)
-        force = v["M"] * motion.of(p, 2, lag) + v["sigma_2"] * motion.of(p, 1, lag) + v["f_0"]
-        force += v["sigma_0"] * motion.of(z, 0, lag) + v["sigma_1"] * motion.of(z, 1, lag)
+        v = self.values
+        acceleration, velocity = self._moved(v["lag"])
+        z, rate = self._bent(v["lag"], v["F_c"], v["F_s"], v["v_s"], v["sigma_0"])
+        force = v["M"] * acceleration + v["sigma_2"] * velocity + v["f_0"]
+        force += v["sigma_0"] * z + v["sigma_1"] * rate
         if self._within is not None:
             force -= v[WITHIN] * self._within
         return (force - self._measured)[chosen]
+
+    def _of_motion(self, lag: float) -> tuple[Array, Array]:
+        """Return acceleration and velocity in the windows."""
+        motion = self.motion
+        return motion.of(motion.position, 2, lag), motion.of(motion.position, 1, lag)
+
+    def _of_bristle(
+        self, lag: float, F_c: float, F_s: float, v_s: float, sigma_0: float
+    ) -> tuple[Array, Array]:
+        """Return the bristle state and its rate in the windows."""
+        motion = self.motion
+        shape = {"F_c": F_c, "F_s": F_s, "v_s": v_s, "sigma_0": sigma_0}
+        friction = LuGre(*(shape.get(name, 0.0) for name in LuGre._fields))
+        z = bristle(motion.path, motion.velocity, motion.lost, friction)
+        return motion.of(z, 0, lag), motion.of(z, 1, lag)
 
     def solve(self, names: tuple[str, ...], chosen: Mask) -> _Solved:
         """Minimise the squared residuals of the windows chosen; keep the values found."""
