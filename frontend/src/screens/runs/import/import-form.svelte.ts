@@ -9,6 +9,8 @@ import {
   FINE,
   mapOf,
   problemsOf,
+  secondTimeOf,
+  withTime,
   type Correction,
   type Corrections,
   type Problems,
@@ -21,6 +23,8 @@ class ImportForm {
   file = $state.raw<File | null>(null);
   /** Another file of the same motion, with a clock of its own. */
   second = $state.raw<File | null>(null);
+  /** How the second file is read by itself: both together do not list its column of time. */
+  private secondAlone = $state.raw<ImportDocument | null>(null);
   name = $state('');
   options = $state.raw<ImportOptions>({});
   corrections = $state.raw<Corrections>({});
@@ -28,6 +32,8 @@ class ImportForm {
   preview = $state.raw<ImportDocument | null>(null);
   problems = $state.raw<Problems>(FINE);
   busy = $state(false);
+  /** Columns of the first file. */
+  private headers: readonly string[] = [];
   private readonly questions = new LatestWins<File>((file) => this.readPreview(file));
 
   readonly ready = $derived(
@@ -38,9 +44,15 @@ class ImportForm {
       Object.keys({ ...this.problems.fields, ...this.problems.columns }).length === 0,
   );
 
+  /** The time of the second file; null until its columns are known. */
+  readonly secondTime = $derived(
+    this.secondAlone && secondTimeOf(this.secondAlone, this.corrections),
+  );
+
   open(file: File): void {
     this.file = file;
-    this.second = null;
+    this.second = this.secondAlone = null;
+    this.headers = [];
     this.name = file.name.slice(0, 80);
     this.options = {};
     this.corrections = {};
@@ -51,7 +63,11 @@ class ImportForm {
 
   add(second: File | null): void {
     this.second = second;
+    this.secondAlone = null;
     this.options = { ...this.options, align: undefined, offset: undefined };
+    // What was corrected of another second file is of no column now.
+    const own = Object.entries(this.corrections).filter(([each]) => this.headers.includes(each));
+    this.corrections = Object.fromEntries(own);
     this.ask();
   }
 
@@ -61,6 +77,7 @@ class ImportForm {
 
   say(some: ImportOptions): void {
     this.options = { ...this.options, ...some };
+    if ('delimiter' in some || 'decimal' in some) this.secondAlone = null;
     this.ask();
   }
 
@@ -69,6 +86,13 @@ class ImportForm {
     this.corrections = Object.fromEntries(
       correction ? [...others, [column, correction]] : others,
     ) as Corrections;
+    this.ask();
+  }
+
+  /** Says which column is the time of the second file, and in which unit; empty: as guessed. */
+  timeSecond(column: string, unit = ''): void {
+    if (!this.secondAlone) return;
+    this.corrections = withTime(this.secondAlone, this.corrections, column, unit);
     this.ask();
   }
 
@@ -110,14 +134,24 @@ class ImportForm {
   }
 
   private async readPreview(file: File): Promise<void> {
-    const { corrections } = this;
+    const { corrections, second } = this;
+    if (second && !this.secondAlone) await this.readSecond(second);
     try {
       const preview = await importRun(this.body(file), this.query({ preview: true }));
-      if (file === this.file) [this.preview, this.problems] = [preview, FINE];
+      if (file !== this.file) return;
+      [this.preview, this.problems] = [preview, FINE];
+      if (!preview.merged) this.headers = preview.columns.map(({ column }) => column);
     } catch (error) {
       if (file === this.file) this.problems = problemsOf(error, corrections);
     }
     this.busy = this.questions.superseded;
+  }
+
+  /** Reads the columns of the second file; what is wrong with it the answer of both says. */
+  private async readSecond(second: File): Promise<void> {
+    const { delimiter = '', decimal = '' } = this.options;
+    const alone = await importRun(second, { preview: true, delimiter, decimal }).catch(() => null);
+    if (second === this.second) this.secondAlone = alone;
   }
 }
 

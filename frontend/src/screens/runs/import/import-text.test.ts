@@ -1,7 +1,15 @@
 import { expect, it } from 'vitest';
 import { ApiError } from '../../../app/api/client';
 import type { ImportDocument } from '../../../app/api/types';
-import { findingsOf, formText, mapOf, problemsOf, unitsOf } from './import-text';
+import {
+  findingsOf,
+  formText,
+  mapOf,
+  problemsOf,
+  secondTimeOf,
+  unitsOf,
+  withTime,
+} from './import-text';
 
 const CORRECTIONS = {
   'Pos [um]': { channel: 'M.x.position_measured', unit: 'mm' },
@@ -77,4 +85,25 @@ it('a unit that is not listed stays to choose', () => {
   });
   expect(unitsOf(FOUND, 'time', 'h').units).toEqual(['h', 's', 'ms']);
   expect(unitsOf(FOUND, 'time', 'ms')).toEqual({ units: ['s', 'ms'], unit: 'ms' });
+});
+
+it('the time of a second file is one of its columns, as guessed or as corrected', () => {
+  const columns = [
+    { column: 'Channel name', channel: '' },
+    { column: 'Force', channel: 'M.x.thrust' },
+  ];
+  const second = { ...FOUND, columns } as unknown as ImportDocument;
+  expect(secondTimeOf(second, CORRECTIONS)).toMatchObject({ column: '', guessed: '' });
+  const guessed = { ...second, columns: [{ column: 't', channel: 'time' }] } as typeof second;
+  expect(secondTimeOf(guessed, {})).toMatchObject({ column: '', guessed: 't' });
+
+  const one = withTime(second, CORRECTIONS, 'Channel name', 'ms');
+  expect(mapOf(one).at(-1)).toBe('Channel name=time[ms]');
+  expect(secondTimeOf(second, one)).toMatchObject({ column: 'Channel name', unit: 'ms' });
+  const other = withTime(second, one, 'Force', '');
+  expect(Object.keys(other)).toEqual([...Object.keys(CORRECTIONS), 'Force']);
+  expect(withTime(second, other, '', '')).toEqual(CORRECTIONS);
+  // the first file's own time stays
+  const first = { ms: { channel: 'time', unit: 'ms' } };
+  expect(withTime(second, first, 'Force', '')).toMatchObject(first);
 });

@@ -14,6 +14,7 @@ export interface Correction {
 
 export const KEEP = '';
 export const LEAVE = '-';
+const TIME = 'time';
 export type Corrections = Readonly<Record<string, Correction>>;
 
 /** Returns corrections as the server takes them: `COLUMN=CHANNEL[UNIT]`. */
@@ -145,6 +146,31 @@ const SHOWN = 5;
 /** First values of a column, in the unit of the file. */
 export function firstText({ first }: ImportedColumn): string {
   return first.map((value) => (value === null ? '–' : trim(value, 4))).join('  ');
+}
+
+const isTime = (column: string, corrections: Corrections) => corrections[column]?.channel === TIME;
+
+/** The column of time of a second file: as corrected, and as guessed; empty where there is none. */
+export function secondTimeOf(second: ImportDocument, corrections: Corrections) {
+  const columns = second.columns.map(({ column }) => column);
+  const column = columns.find((each) => isTime(each, corrections)) ?? '';
+  const guessed = second.columns.find(({ channel }) => channel === TIME)?.column ?? '';
+  return { columns, column, guessed, ...unitsOf(second, TIME, corrections[column]?.unit ?? '') };
+}
+
+/** Returns corrections with another column of time of the second file; without one as guessed. */
+export function withTime(
+  second: ImportDocument,
+  corrections: Corrections,
+  column: string,
+  unit: string,
+): Corrections {
+  const columns = second.columns.map((each) => each.column);
+  const others = Object.entries(corrections).filter(
+    ([each]) => !(columns.includes(each) && isTime(each, corrections)),
+  );
+  const time = column === '' ? [] : [[column, { channel: TIME, unit }] as const];
+  return Object.fromEntries([...others, ...time]);
 }
 
 /** Units that a column can have, and which of them is its present one: `um` where it says `µm`. */
