@@ -9,11 +9,16 @@ from collections.abc import Iterator
 from pathlib import Path
 from urllib.parse import parse_qs, urlparse
 
+import pyarrow as pa
 import pytest
 from playwright.sync_api import Locator, Page, Request, expect
+from pyarrow import parquet
 
+from motionlab.telemetry.recorder import parquet_writer
 from tests.e2e.actions import (
     API,
+    LONG,
+    asked_for,
     button,
     region,
     serious,
@@ -181,6 +186,88 @@ def test_a_run_is_simulated_again_and_a_baseline_kept(
     expect(row(page, "stiffer")).to_contain_text("1.72")
 
 
+def moved(server: Server, run: str) -> None:
+    """Alter one sample of the record of a run, as another model would many."""
+    (path,) = server.data.rglob(f"{run}.parquet")
+    table = parquet.read_table(path)
+    index = table.schema.get_field_index(ERROR)
+    values = table[ERROR].to_numpy().copy()
+    values[-1] = 1e-3
+    table = table.set_column(index, table.schema.field(ERROR), pa.array(values))
+    with parquet_writer(path, table.schema) as writer:
+        writer.write_table(table, row_group_size=700)
+
+
+@pytest.mark.usefixtures("unopened")
+def test_runs_are_simulated_again_and_those_that_moved_are_listed(
+    page: Page, server: Server, tmp_path: Path, two: list[str], refusals: list[str]
+) -> None:
+    refusals.append("404")
+    content = Path(german(tmp_path / "rig.csv")).read_bytes()
+    headers = {"content-type": "application/octet-stream"}
+    address = f"{server.url}{API}/runs/import?name=rig"
+    answer = page.request.post(address, data=content, headers=headers)
+    rig = answer.headers["location"].rpartition("/")[2]
+    for run in (*two, rig):
+        page.request.patch(f"{server.url}{API}/runs/{run}", data={"tags": ["again"]})
+    rows = open_runs(page, server, "&q=tag:again kind:simulation")
+    expect(row(page, "shipped")).to_be_visible()
+    page.keyboard.press("w")
+    panel = region(page, "What changed?")
+    asked_for(page, panel.get_by_role("button", name="Simulate 2 runs again").click)
+    status = panel.get_by_role("status")
+    expect(status).to_contain_text("None has moved: 2 runs are the same", timeout=LONG)
+    expect(status).to_contain_text("runs of tag:again kind:simulation")
+    expect(panel.get_by_role("table")).to_have_count(0)
+
+    moved(server, two[1])
+    page.get_by_role("textbox", name="Search").fill("tag:again")
+    expect(row(page, "rig")).to_be_visible()
+    expect(panel).to_contain_text("with other settings than the form shows: search")
+    asked_for(page, panel.get_by_role("button", name="Simulate 3 runs again").click)
+    headline = "Of 3 runs 1 has moved, 1 identical. 1 run cannot be simulated again."
+    expect(status).to_contain_text(headline, timeout=LONG)
+    table = panel.get_by_role("table", name="Runs that have moved")
+    expect(table.locator("tbody tr")).to_have_count(1)
+    largest = re.compile("B x \N{MINUS SIGN}99\\d µm *1000 µm → \\S+ µm")
+    expect(table.get_by_role("row", name="stiffer")).to_contain_text(largest)
+    expect(table).to_contain_text("at 10.50 s")
+    refused = panel.get_by_role("table", name="Runs that were not simulated again")
+    expect(refused.get_by_role("row", name="rig")).to_contain_text("has no scenario")
+    assert serious(page, within="main") == []
+    table.get_by_role("link", name="stiffer").press("Enter")
+    expect(region(page, "Run").get_by_role("heading", name="stiffer")).to_be_visible()
+    expect(panel).to_be_visible()
+
+    page.keyboard.press("w")
+    expect(panel).to_have_count(0)
+    rows.focus()
+    page.get_by_role("textbox", name="Search").fill("")
+    page.get_by_role("button", name="What changed?").click()
+    expect(panel.get_by_role("button", name=re.compile("^Simulate all"))).to_be_enabled()
+    button(panel, "Show them")  # the search of the last result
+    expect(page.get_by_role("textbox", name="Search")).to_have_value("tag:again")
+    page.request.delete(f"{server.url}{API}/runs/{rig}")
+
+
+@pytest.mark.usefixtures("unopened")
+def test_a_check_of_runs_is_cancelled_and_opened_from_elsewhere(page: Page, server: Server) -> None:
+    long = keep(page, server, name="long", set={"trajectory.laps": 80})
+    page.request.patch(f"{server.url}{API}/runs/{long}", data={"tags": ["long"]})
+    page.goto(f"{server.url}/?screen=lab")
+    page.get_by_text("connected", exact=True).wait_for()
+    job = page.request.post(f"{server.url}{API}/runs/replay", data={"q": "tag:long"}).json()["id"]
+    page.get_by_role("button", name=re.compile("^Jobs:")).click()
+    jobs = page.get_by_role("dialog", name="Jobs")
+    button(jobs.get_by_role("listitem", name="Check of runs").first, "Open")
+    panel = region(page, "What changed?")
+    expect(page.get_by_role("textbox", name="Search")).to_have_value("tag:long")
+    button(panel, "Cancel")
+    expect(panel).to_contain_text("Cancelled after")
+    page.request.delete(f"{server.url}{API}/jobs/{job}")
+    page.request.delete(f"{server.url}{API}/runs/{long}")
+
+
 def german(path: Path, *, broken: bool = False) -> str:
     """Write a measurement as a German system does: decimal commas, a gap, an unknown name."""
     rows = ["Zeit [s];Sollposition X [µm];Istposition X;Drift"]
@@ -228,6 +315,64 @@ def test_a_measurement_is_compared_with_a_variant(
     expect(panel.get_by_label("Compared to, s")).to_have_value("0.05")
     assert serious(page, within="main") == []
     page.request.delete(f"{server.url}{API}/runs/{rig}")
+
+
+def logged(path: Path, header: str, period: float, late: float, factor: float = 1.0) -> str:
+    """Write a motion that does not repeat as one of two loggers has it, by a clock of its own."""
+    rows = [header]
+    for k in range(400):
+        t = k * 0.001 + late
+        rows.append(f"{k * period:.6f},{factor * math.sin(40 * t**2 + 3 * t):.6f}")
+    path.write_text("\n".join(rows))
+    return str(path)
+
+
+@pytest.mark.usefixtures("unopened")
+def test_the_time_of_a_second_file_is_named(
+    page: Page, server: Server, tmp_path: Path, refusals: list[str]
+) -> None:
+    refusals.append("422")
+    expect(open_runs(page, server)).to_be_visible()
+    page.keyboard.press("i")
+    sheet = page.get_by_role("dialog", name="Import a measurement")
+    first = logged(tmp_path / "drive.csv", "t [s],Torque", 0.001, 0.0)
+    sheet.get_by_label("File of a measurement", exact=True).set_input_files(first)
+    expect(sheet.get_by_label("Channel of Torque")).to_be_visible()
+    second = logged(tmp_path / "cell.csv", "Channel name,Force", 1.0, 0.004, -2.0)
+    sheet.get_by_label("Second file of a measurement").set_input_files(second)
+    time = sheet.get_by_role("combobox", name="its time", exact=True)
+    expect(time).to_have_value("")
+    expect(time.get_by_role("option").first).to_have_text("none found")
+    alert = sheet.get_by_role("alert")
+    expect(alert).to_contain_text("The second file has no column of time")
+
+    time.select_option("Channel name")
+    sheet.get_by_label("Unit of its time").select_option("ms")
+    sheet.get_by_label("align", exact=True).fill("Torque=-Force")
+    sheet.get_by_label("align", exact=True).press("Enter")
+    findings = sheet.get_by_role("list", name="Findings")
+    expect(findings).to_contain_text(re.compile("second file: 400 rows, offset 0.00(4|3999)"))
+    expect(alert).to_have_count(0)
+    # its other columns are mapped with those of the first
+    sheet.get_by_label("Unit of Force").select_option("kN")
+    expect(sheet.get_by_role("row", name="Force")).to_contain_text("corrected")
+    assert serious(page, within="dialog") == []
+    button(sheet, "Import")
+    expect(region(page, "Run").get_by_role("heading", name="drive.csv")).to_be_visible()
+    name = page.evaluate("new URL(location.href).searchParams.get('run')")
+    kept = page.request.get(f"{server.url}{API}/runs/{name}").json()["result"]["import"]
+    units = {column["name"]: column["unit"] for column in kept["columns"]}
+    assert units == {"": "s", "Torque": "", "M.x.thrust": "kN"}
+    page.request.delete(f"{server.url}{API}/runs/{name}")
+
+    # without the second file nothing is left of what was said of it
+    page.keyboard.press("i")
+    sheet.get_by_label("File of a measurement", exact=True).set_input_files(first)
+    sheet.get_by_label("Second file of a measurement").set_input_files(second)
+    time.select_option("Channel name")
+    button(sheet, "No second file")
+    expect(sheet.get_by_role("button", name="Import", exact=True)).to_be_enabled()
+    expect(alert).to_have_count(0)
 
 
 @pytest.mark.usefixtures("unopened")

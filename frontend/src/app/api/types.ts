@@ -173,6 +173,9 @@ export type ChannelComparison = Schemas['ChannelComparison'];
 export type Place = Schemas['Place'];
 /** A run simulated again. */
 export type Replay = Schemas['Replay'];
+/** Many of them, and one. */
+export type Replays = Schemas['Replays'];
+export type RunReplay = Schemas['RunReplay'];
 /** How a file of a measurement is read. */
 export type ImportDocument = Schemas['Import'];
 export type ImportedColumn = Schemas['ImportedColumn'];

@@ -257,19 +257,30 @@ export function differenceText({ recorded, simulated, difference, unit }: First)
   };
 }
 
-/** How the following errors of a run have moved, those that have; a variant without any diverged. */
+/** How the following errors of a run have moved, those that have. */
 export function movedText({ errors }: Pick<Replay, 'errors'>): string[] {
   return errors
     .filter((error) => error.max_recorded !== error.max_simulated)
-    .map(({ variant, axis, max_recorded: was, max_simulated: is, max_change: by }) => {
-      const of = scaleOf([was ?? 0, is ?? 0], 'm');
-      const text = (value: number | null) =>
-        value === null ? 'diverged' : `${digits(value * of.factor, 4)} ${of.unit}`;
-      const scale = scaleOf([by ?? 0], 'm');
-      const change =
-        by === null ? '' : `${by > 0 ? '+' : ''}${digits(by * scale.factor)} ${scale.unit}, `;
-      return `Largest error ${variant} ${axis}: ${change}${text(was)} → ${text(is)}`;
+    .map(({ variant, axis, max_recorded: was, max_simulated: is, max_change }) => {
+      const { by, sides } = changeText(was, is, max_change);
+      return `Largest error ${variant} ${axis}: ${by === '' ? '' : `${by}, `}${sides}`;
     });
+}
+
+/**
+ * By how much an error has changed, and from what to what, m: `+1.25 µm`, `20.50 µm → 21.75 µm`;
+ * null where a variant diverged.
+ */
+export function changeText(was: number | null, is: number | null, change: number | null) {
+  const of = scaleOf([Math.min(was ?? Infinity, is ?? Infinity)], 'm');
+  const text = (value: number | null) =>
+    value === null ? 'diverged' : `${digits(value * of.factor, 4)} ${of.unit}`;
+  const scale = scaleOf([change ?? 0], 'm');
+  const sign = (change ?? 0) > 0 ? '+' : '';
+  return {
+    by: change === null ? '' : `${sign}${digits(change * scale.factor)} ${scale.unit}`,
+    sides: `${text(was)} → ${text(is)}`,
+  };
 }
 
 function valueText(value: number | string | null, unit: string): string {

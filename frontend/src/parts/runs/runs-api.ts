@@ -43,6 +43,8 @@ export const compareWindow = (body: RequestOf<'/runs/compare/window'>) =>
   api.bytes('/runs/compare/window', { body }, 'post');
 /** At once, or the report of a job where it takes long. */
 export const replayRun = (id: string) => api.json('post', '/runs/{run_id}/replay', of(id));
+/** All runs of a search, as a job. */
+export const replayRuns = (q: string) => api.json('post', '/runs/replay', { body: { q } });
 export interface ImportQuery {
   preview?: boolean;
   name?: string;

@@ -12,6 +12,7 @@ export function takesKey({ key, target }: KeyboardEvent): boolean {
   if (target === null || !('matches' in target)) return false;
   const control = target as Element;
   if (control.matches('input:not([type=range], [type=checkbox]), select, textarea')) return true;
+  if (key === 'Enter') return control.matches('a[href], button, summary');
   // A link does nothing on space.
   return key === ' ' && control.matches('button, summary, input[type=checkbox]');
 }

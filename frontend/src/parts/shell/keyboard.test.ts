@@ -18,3 +18,16 @@ it('a key that acts on the motor acts once, however long it is held', () => {
   expect(actions.r).toHaveBeenCalledTimes(1);
   expect(actions.s).toHaveBeenCalledTimes(3); // a step each
 });
+
+it('enter is that of a link or button that has the focus', () => {
+  const actions = { Enter: vi.fn() };
+  const press = (tag: string) => {
+    const matches = (selector: string) => selector.split(', ').includes(tag);
+    onKey({ key: 'Enter', preventDefault: vi.fn(), target: { matches } } as never, actions);
+  };
+  press('a[href]');
+  press('button');
+  expect(actions.Enter).not.toHaveBeenCalled();
+  press('div');
+  expect(actions.Enter).toHaveBeenCalledOnce();
+});

@@ -7,6 +7,7 @@ import { overlaySelected } from './run-actions';
 import { baseline } from './baseline.svelte';
 import { comparison } from './compare/comparison.svelte';
 import { plots } from './plots';
+import { replays } from './replays/replays.svelte';
 import { runs } from './runs.svelte';
 
 /** Rows of a page. */
@@ -23,6 +24,7 @@ export const RUNS_KEYS: KeyTable = {
     { keys: 'Enter', does: 'Open over the whole width; others that are selected lie behind it' },
     { keys: 'o', does: 'Overlay in the Lab' },
     { keys: 'i', does: 'Import a measurement' },
+    { keys: 'w', does: 'What changed: runs that are simulated again, or close it' },
     { keys: 'c', does: 'Compare two selected runs, or one with the baseline' },
     { keys: 's', does: 'Swap 1 and 2 of a comparison' },
     { keys: '[ ]', does: 'Previous, next place beyond tolerance' },
@@ -51,6 +53,7 @@ export function runsActions(
     Enter: open,
     o: overlaySelected,
     i: importFile,
+    w: () => replays.toggle(),
     c: () => (comparison.pair ? comparison.close() : comparison.open()),
     s: () => comparison.swap(),
     '[': () => plots.current?.excursion?.(-1),
