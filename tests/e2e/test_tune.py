@@ -248,6 +248,7 @@ def test_a_loop_is_measured_by_another_signal_and_force(tune: Page, refusals: li
     with page.expect_request("**/api/v1/response") as asked:
         button(loop, "Measure")
     body = asked.value.post_data_json
+    assert body is not None
     assert (body["signal"], body["force"], body["axis"]) == ("chirp", 1.5, "y")
     assert "seconds" not in body
     expect(loop).to_contain_text("Measured by a chirp in", timeout=SLOW)

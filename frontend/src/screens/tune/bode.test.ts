@@ -37,6 +37,17 @@ it('draws no margin of a loop without one', () => {
   expect(phaseMarginMark(none as unknown as LookedAt)).toEqual([]);
 });
 
+it('shows the interval of the gain margin downwards from its lower end', () => {
+  const gain = { value: 0.033, interval: [0.0315, 0.034], model: null };
+  const measured = {
+    margins: { gain_reduction: gain },
+    velocity: 0.04,
+    seconds: 60,
+    crossings: [],
+  } as unknown as MeasuredLoop;
+  expect(measuredText(measured)).toContain('and downwards 29.6 (29.4 to 30.0) dB');
+});
+
 it('says what half of the force changes, where that was measured', () => {
   const measured = {
     margins: { crossover: { value: 50, interval: [49, 52] } },
@@ -45,8 +56,8 @@ it('says what half of the force changes, where that was measured', () => {
     crossings: [],
     half_force: { gain: 1.0412, phase: 0, interval: 0.011 },
   } as unknown as MeasuredLoop;
-  expect(measuredText(measured)).toContain('Half the force is answered by 1.041 ± 0.011 times');
-  expect(measuredText({ ...measured, half_force: null })).not.toContain('Half');
+  expect(measuredText(measured)).toContain('With half the force the plant is 1.041 ± 0.011 times');
+  expect(measuredText({ ...measured, half_force: null })).not.toContain('half');
 });
 
 const measured = { velocity: 0.04, seconds: 60, crossings: [] };

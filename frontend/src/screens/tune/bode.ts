@@ -129,7 +129,9 @@ export function measuredText(
   ) => {
     const { value = null, interval = null } = margins[name] ?? {};
     if (value === null) return whole ? [`no ${title}`] : [];
-    const range = interval ? ` (${interval.map(shown).join(' to ')})` : '';
+    // What is shown of a gain that falls is the factor by which it may.
+    const ends = interval && (name === 'gain_reduction' ? [...interval].reverse() : interval);
+    const range = ends ? ` (${ends.map(shown).join(' to ')})` : '';
     return [`${title} ${shown(value)}${range} ${unit}`];
   };
   const margin = [
@@ -144,7 +146,7 @@ export function measuredText(
   const all = crossings.map((at) => `${digits(at.frequency)} Hz (${inDegrees(at.phase_margin)}°)`);
   const several = all.length > 1 ? ` It crosses 1 at ${all.join(', ')}.` : '';
   const smaller = half
-    ? ` Half the force is answered by ${half.gain.toFixed(3)} ± ${half.interval.toFixed(3)} times as much for each newton; the intervals hold both.`
+    ? ` With half the force the plant is ${half.gain.toFixed(3)} ± ${half.interval.toFixed(3)} times as large; the intervals hold both.`
     : '';
   const colon = margin.length > 0 ? `: ${margin.join(', ')}` : '';
   const intervals = whole ? ' In brackets 95 % intervals.' : '';
