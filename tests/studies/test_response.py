@@ -307,6 +307,7 @@ def test_margins_of_a_loop_that_is_known() -> None:
         ({"velocity": 1e-6}, r"velocity: is too slow.*allowed >= 0\.00072[0-9] m/s"),
         ({"seconds": 5.0}, "seconds: is too short: 5 slides of"),
         ({"force": 60.0}, "force: is too much"),
+        ({"force": 1e-300}, "force: is too small: nothing is shaken"),
         ({"low": 50.0, "high": 60.0}, "high must be at least twice low"),
         ({"variant": "Z"}, "variant: is no variant of the scenario"),
         ({"high": 999.0}, "high"),
@@ -438,7 +439,7 @@ def test_a_measurement_of_a_machine_tells_its_response(
     assert "no controller" in controller
     assert "1000 Hz" in rate
     of_run = {"run": document.run, "axis": "x"}
-    for column in ("M.x.thrust", "M.x.position_measured"):
+    for column in ("M.x.thrust", "M.x.position_measured", "M.x.following_error"):
         with pytest.raises(ConfigError, match="depend on the loop") as refused:
             plan(ResponseRequest.model_validate(of_run | {"excitation_column": column}))
         assert refused.value.errors[0].loc == "excitation_column"

@@ -350,6 +350,9 @@ def _result(
     lines, whole = planned.lines, len(parts) == planned.slides + planned.further
     # A stepped sine comes to its lines one after another.
     reported = [each for each in lines.reported(planned.request.lines) if R[:, each[0]].any()]
+    if not reported:  # less than a number can be
+        message = "is too small: nothing is shaken"
+        raise ConfigError(FieldError("force", message, planned.force, unit="N"))
     frequency = lines.frequency[[k for k, _ in reported]]
     smaller = np.arange(len(parts)) >= planned.slides if planned.further and whole else None
     of_plant = estimate(Slides(R, U, Y, forward, quiet, smaller), reported)

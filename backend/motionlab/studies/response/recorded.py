@@ -211,10 +211,10 @@ def _of_measurement(request: ResponseRequest, source: Source | None, part: Part)
             FieldError("excitation_column", "is no column of the run", excitation, allowed)
         )
     names, factors = zip(*chosen, strict=True)
-    if excitation in names:
+    if excitation in names or excitation.endswith(".following_error"):
         message = (
-            "is the column of force or position, which depend on the loop: an excitation does not, "
-            "such as its reference"
+            "is the column of force, position or following error, which depend on the loop: an "
+            "excitation does not, such as its reference"
         )
         raise ConfigError(FieldError("excitation_column", message, excitation))
     return RecordedPlan(request, scenario, variant, part, (excitation, *names), factors, ())
