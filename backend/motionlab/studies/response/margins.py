@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from motionlab.studies.response.documents import FittedPlant
-from motionlab.studies.response.estimate import Smaller
+from motionlab.studies.response.documents import FittedPlant, MarginInterval
+from motionlab.studies.response.estimate import Estimate, Smaller
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -86,23 +86,59 @@ def refined(
     """
     if fitted is None:
         return frequency, plant, deviation
-    fine, log_f = np.array(fitted.loop.frequency), np.log(frequency)
+    fine = np.array(fitted.loop.frequency)
     model = np.array(fitted.plant.magnitude) * np.exp(1j * np.array(fitted.plant.phase))
-
-    def between(values: Complex) -> Complex:
-        size = np.interp(np.log(fine), log_f, np.log(np.abs(values)))
-        return np.exp(size + 1j * np.interp(np.log(fine), log_f, np.unwrap(np.angle(values))))
 
     apart = np.abs(fine[:, None] / frequency - 1.0)
     at_lines = model[apart.argmin(axis=0)]  # which the model has, too
     modes = np.array([mode.frequency.value for mode in fitted.modes])
     beside = (np.abs(np.log(fine / modes[:, None])) < math.log(BESIDE)).any(axis=0)
     added = beside & (fine > frequency[0]) & (fine < frequency[-1]) & (apart.min(axis=1) > 1e-6)
-    P = (model * between(plant / at_lines))[added]
-    share = np.interp(np.log(fine), log_f, deviation / np.abs(plant))[added]
+    P = (model * _along(fine, frequency, plant / at_lines))[added]
+    share = np.interp(np.log(fine), np.log(frequency), deviation / np.abs(plant))[added]
     order = np.argsort(every := np.concatenate([frequency, fine[added]]))
     plants, deviations = np.concatenate([plant, P]), np.concatenate([deviation, share * np.abs(P)])
     return every[order], plants[order], deviations[order]
+
+
+def own_margins(
+    own: tuple[Array, Estimate], lines: Array, fine: Array, L: Complex, seed: int
+) -> dict[str, MarginInterval]:
+    """Return margins of a loop that was measured as a whole, beside those of `L`.
+
+    Parameters
+    ----------
+    own : (ndarray, Estimate)
+        Its frequencies, Hz, and the loop there.
+    lines, fine : ndarray
+        Frequencies at which the plant of `L` was measured, and those with what `refined` adds:
+        there the loop is to `L` as on either side.
+    L : ndarray of complex, shape (fine,)
+        Another open loop.
+    seed : int
+        As `intervals`.
+    """
+    f, of_loop = own
+    there = measured_margins(fine, L)
+    both, between = np.isin(f, fine), ~np.isin(fine, lines)
+    ratio = of_loop.response[both] / L[np.isin(fine, f)]
+    added = L[between] * _along(fine[between], f[both], ratio)
+    order = np.argsort(every := np.concatenate([f, fine[between]]))
+    every, loop = every[order], np.concatenate([of_loop.response, added])[order]
+    share = np.interp(np.log(every), np.log(f), of_loop.deviation / np.abs(of_loop.response))
+    here = measured_margins(every, loop)
+    spread = intervals(every, loop, share * np.abs(loop), seed, lines=np.isin(every, f))
+    return {
+        name: MarginInterval(value=here[name], interval=spread[name], model=there[name])
+        for name in NAMES
+    }
+
+
+def _along(fine: Array, frequency: Array, values: Complex) -> Complex:
+    """Return values between frequencies, on straight lines over the logarithm of them."""
+    at, log_f = np.log(fine), np.log(frequency)
+    size = np.interp(at, log_f, np.log(np.abs(values)))
+    return np.exp(size + 1j * np.interp(at, log_f, np.unwrap(np.angle(values))))
 
 
 def far_apart(frequency: Array, L: Complex) -> list[str]:

@@ -52,6 +52,7 @@ from motionlab.studies.response.margins import (
     far_apart,
     intervals,
     measured_margins,
+    own_margins,
     refined,
 )
 from motionlab.studies.response.recorded import (
@@ -426,8 +427,9 @@ def _document(
             fine, C * P, np.abs(C) * deviation, request.seed, of_plant.smaller, lines
         )
     here, there = measured_margins(fine, C * P), measured_margins(fine, loop.open(fine))
-    own = _own(measured, fine, C * P, request.seed)
-    if own is not None:
+    own = None
+    if measured.own_loop is not None and len(measured.own_loop[0]) >= LINES_MIN:
+        own = own_margins(measured.own_loop, f, fine, C * P, request.seed)
         notes = with_own_margins(notes, own)
     return MeasuredResponse(
         **loop_table(request, planned.variant, measured.velocity, f, L),
@@ -448,36 +450,6 @@ def _document(
         seconds=measured.seconds,
         warnings=notes,
     )
-
-
-def _own(
-    measured: RecordedEstimate, fine: Array, L: Complex, seed: int
-) -> dict[str, MarginInterval] | None:
-    """Return margins of a measurement's own loop beside those of `L` at frequencies `fine`."""
-    if measured.own_loop is None:
-        return None
-    frequency, of_loop = measured.own_loop
-    if len(frequency) < LINES_MIN:
-        return None
-    there = measured_margins(fine, L)
-    # Between lines, where a mode or a notch may be, it is to the other as on either side.
-    both = np.isin(frequency, fine)
-    at = np.log(frequency[both])
-    ratio = of_loop.response[both] / L[np.isin(fine, frequency)]
-    between = ~np.isin(fine, measured.frequency)
-    log_f = np.log(fine[between])
-    size = np.exp(np.interp(log_f, at, np.log(np.abs(ratio))))
-    added = size * np.exp(1j * np.interp(log_f, at, np.unwrap(np.angle(ratio)))) * L[between]
-    order = np.argsort(fine := np.concatenate([frequency, fine[between]]))
-    fine, own = fine[order], np.concatenate([of_loop.response, added])[order]
-    lines = np.isin(fine, frequency)
-    share = np.interp(np.log(fine), np.log(frequency), of_loop.deviation / np.abs(of_loop.response))
-    here = measured_margins(fine, own)
-    spread = intervals(fine, own, share * np.abs(own), seed, lines=lines)
-    return {
-        name: MarginInterval(value=here[name], interval=spread[name], model=there[name])
-        for name in NAMES
-    }
 
 
 def _half_force(of_plant: Estimate) -> HalfForce | None:

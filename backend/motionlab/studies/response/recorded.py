@@ -15,7 +15,7 @@ from motionlab.errors import ConfigError, FieldError
 from motionlab.library.columns import of_run
 from motionlab.library.run import RunDetail
 from motionlab.loop.linearise import Loop, linearise
-from motionlab.studies.identify.record.force import CLIPPED
+from motionlab.studies.identify.record.force import CLIPPED, share_at_largest
 from motionlab.studies.minute.recorded import scenario_at
 from motionlab.studies.record.columns import (
     FORCE_CHANNELS,
@@ -339,11 +339,9 @@ def _of_any(planned: RecordedPlan, columns: Columns) -> RecordedEstimate:
     warnings = (*notes,) if planned.columns[0] else (*notes, _DIRECT)
     own_loop = None
     if not planned.own:
-        largest = np.abs(command).max()
-        clipped = float(np.mean(np.abs(command) >= largest * (1.0 - 1e-9)))
-        if clipped >= CLIPPED:
+        if (clipped := share_at_largest(command)) >= CLIPPED:
             warnings += (
-                f"{planned.columns[1]} is at its largest value, {largest:.4g} N, in "
+                f"{planned.columns[1]} is at its largest value, {np.abs(command).max():.4g} N, in "
                 f"{100.0 * clipped:.3g} % of the samples: a force at its limit has no linear "
                 "response",
             )

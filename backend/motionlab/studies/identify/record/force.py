@@ -50,6 +50,12 @@ CLIPPED = 0.02
 """Share of the samples at the largest force from which it looks clipped."""
 
 
+def share_at_largest(force: Array) -> float:
+    """Return the share of samples at the largest magnitude: from `CLIPPED` on it may be a limit."""
+    size = np.abs(force)
+    return float(np.mean(size >= np.nanmax(size) * (1.0 - 1e-9)))
+
+
 @dataclass(frozen=True)
 class RecordForce:
     """The force of one axis.
@@ -106,7 +112,7 @@ class RecordForce:
         name, force = self.experiment.axes[self.axis].force, self.samples[1]
         doubts = []
         largest = float(np.nanmax(np.abs(force)))
-        clipped = float(np.mean(np.abs(force) >= largest * (1.0 - 1e-9)))
+        clipped = share_at_largest(force)
         if clipped >= CLIPPED:
             doubts.append(
                 f"{name} is at its largest value, {largest:.4g} N, in {100 * clipped:.3g} % of the "

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -56,7 +55,6 @@ class Window(NamedTuple):
         """Samples that it takes in on either side."""
         return math.ceil(self.half / self.period)
 
-    @lru_cache(maxsize=64)  # noqa: B019 - of numbers; every evaluation of a fit needs three
     def kernel(self, order: int, ahead: float = 0.0) -> Array:
         """Return its samples, or those of a derivative, for a convolution.
 
